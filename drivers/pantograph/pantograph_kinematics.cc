@@ -19,8 +19,7 @@ Grip gripAt(const Bars& bars, const Vec2& angles) HD_RT {
   grip.p = a + half + std::sqrt(bars.L * bars.L - h * h) * across;
   // Both lengths stay: (p - a).(dp - da) = 0 and (p - b).(dp - db) = 0.
   const Vec2 ra = grip.p - a, rb = grip.p - b;
-  const double determinant = ra.x() * rb.y() - ra.y() * rb.x();
-  if (!(std::abs(determinant) > 1e-6 * bars.L)) return grip;
+  const double determinant = ra.x() * rb.y() - ra.y() * rb.x();  // 2 h times what is under the root: not zero.
   const double qa = bars.l * (ra.y() * u1.x() - ra.x() * u1.y()), qb = bars.l * (rb.y() * u2.x() - rb.x() * u2.y());
   grip.jacobian << rb.y() * qa / determinant, -ra.y() * qb / determinant,  //
       -rb.x() * qa / determinant, ra.x() * qb / determinant;

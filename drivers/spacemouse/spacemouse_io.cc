@@ -30,8 +30,7 @@ bool SpaceMouseIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
       const spacemouse::Report kind = spacemouse::take({buffer.data(), size}, state_);
       if (kind == spacemouse::Report::kNone) LinkCounters::add(link.counters.dropped_bytes, size);
       if (kind != spacemouse::Report::kNone) LinkCounters::add(link.counters.exchanges);
-      if (kind == spacemouse::Report::kBattery)
-        battery_.store(std::clamp(state_.battery_percent, 0, 100), std::memory_order_relaxed);
+      if (kind == spacemouse::Report::kBattery) battery_.store(state_.battery_percent, std::memory_order_relaxed);
       break;
     }
     case HidResult::kNothing:

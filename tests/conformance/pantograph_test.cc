@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <bit>
 #include <cmath>
 
 #include "drivers/link/io_device.h"
@@ -84,6 +85,13 @@ TEST(Pantograph, SpeaksAsThePublishedLayout) {
   EXPECT_EQ(setup, wanted);
   EXPECT_EQ(pantograph::encodeTorques({1.0f, std::nanf("")}),
             (std::array<std::uint8_t, 10>{2, 5, 0, 0, 0x80, 0x3f, 0, 0, 0, 0}));
+  const auto turned = pantograph::encodeSetup({{{-90, 1000, false}, {45, 2000, true}}}, true);
+  const std::array<std::uint8_t, 26> other = {1, 5, 3,    1,    1, 3, 0,    1,    0, 0,  //
+                                              0, 0, 0xb4, 0xc2, 0, 0, 0x7a, 0x44,        // -90, 1000
+                                              0, 0, 0x34, 0x42, 0, 0, 0xfa, 0x44};       // 45, 2000
+  EXPECT_EQ(turned, other);
+  EXPECT_EQ(pantograph::encodeTorques({0.1f, -0.2f}),
+            (std::array<std::uint8_t, 10>{2, 5, 0xcd, 0xcc, 0xcc, 0x3d, 0xcd, 0xcc, 0x4c, 0xbe}));
 }
 
 TEST(Pantograph, FindsItsFootingByteByByte) {
@@ -99,6 +107,75 @@ TEST(Pantograph, FindsItsFootingByteByByte) {
   EXPECT_EQ((*angles)[0], 180);
   EXPECT_EQ((*angles)[1], -90);
   EXPECT_EQ(parser.dropped(), 2u);
+}
+
+/** An answer of the board's. */
+std::vector<std::uint8_t> answerOf(float first, float second) {
+  std::vector<std::uint8_t> bytes{5};
+  for (const float angle : {first, second}) {
+    const auto bits = std::bit_cast<std::uint32_t>(angle);
+    for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
+  }
+  return bytes;
+}
+
+TEST(Pantograph, BelievesTwoTurnsAndNoMore) {
+  for (const float angle : {720.0f, -720.0f, 0.0f}) {
+    pantograph::Parser parser;
+    parser.feed(answerOf(angle, -angle));
+    const auto angles = parser.next();
+    ASSERT_TRUE(angles) << angle;
+    EXPECT_EQ((*angles)[1], -angle);
+    EXPECT_EQ(parser.dropped(), 0u);
+  }
+  for (const float angle : {720.1f, -720.1f, std::nanf(""), HUGE_VALF}) {
+    for (const bool second : {false, true}) {
+      pantograph::Parser parser;
+      parser.feed(second ? answerOf(0, angle) : answerOf(angle, 0));
+      EXPECT_FALSE(parser.next()) << angle;
+      EXPECT_EQ(parser.dropped(), 1u) << angle;
+    }
+  }
+}
+
+TEST(Pantograph, OfMoreThanThereIsRoomForTheNewestIsKept) {
+  // Room for 256 bytes. At once, and on top of what waits.
+  for (const std::size_t waiting : {0u, 5u, 250u, 256u}) {
+    for (const std::size_t coming : {9u, 100u, 255u, 256u, 257u, 300u}) {
+      pantograph::Parser parser;
+      parser.feed(std::vector<std::uint8_t>(waiting, 0x77));
+      std::vector<std::uint8_t> bytes(coming - 9, 0x77);
+      for (const std::uint8_t byte : answerOf(12.3f, -34)) bytes.push_back(byte);
+      parser.feed(bytes);
+      const auto angles = parser.next();
+      ASSERT_TRUE(angles) << waiting << " " << coming;
+      EXPECT_EQ((*angles)[0], 12.3f);
+      EXPECT_EQ((*angles)[1], -34);
+      EXPECT_EQ(parser.dropped(), waiting + coming - 9) << "each byte is counted once";
+      EXPECT_FALSE(parser.next());
+    }
+  }
+}
+
+TEST(Pantograph, TheGripIsAsFarFromBothElbowsOnTheOperatorsSide) {
+  const pantograph::Bars bars;
+  int seen = 0;
+  for (double t1 = -3; t1 < 3; t1 += 0.2) {
+    for (double t2 = -3; t2 < 3; t2 += 0.2) {
+      const Vec2 a = bars.l * Vec2(std::cos(t1), std::sin(t1));
+      const Vec2 b = Vec2(bars.d, 0) + bars.l * Vec2(std::cos(t2), std::sin(t2));
+      const auto grip = pantograph::gripAt(bars, Vec2(t1, t2));
+      ASSERT_EQ(grip.reachable, (b - a).norm() / 2 > 1e-4 && (b - a).norm() / 2 < 0.995 * bars.L) << t1 << " " << t2;
+      if (!grip.reachable) continue;
+      ++seen;
+      ASSERT_NEAR((grip.p - a).norm(), bars.L, 1e-12);
+      ASSERT_NEAR((grip.p - b).norm(), bars.L, 1e-12);
+      ASSERT_GE(grip.p.y(), (a.y() + b.y()) / 2);
+    }
+  }
+  EXPECT_GT(seen, 500);
+  EXPECT_FALSE(pantograph::gripAt(bars, Vec2(std::nan(""), 0)).reachable);
+  EXPECT_FALSE(pantograph::gripAt(bars, Vec2(0, HUGE_VAL)).reachable);
 }
 
 TEST(Pantograph, JacobianIsTheDerivativeOfThePlace) {

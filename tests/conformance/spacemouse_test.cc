@@ -54,6 +54,14 @@ TEST_P(BothLayouts, TheToolIsWhereTheCapIsPushedTo) {
   desk.model.push({0, 0, 0, 0, 350, 0});  // about the axis toward the user: right-handed about x
   desk.run(50);
   EXPECT_NEAR((desk.sample.q * Vec3::UnitY() - Vec3(0, std::cos(0.7), std::sin(0.7))).norm(), 0, 1e-12);
+  const auto turned = [&](const Vec3& axis) {
+    desk.run(50);
+    return desk.sample.q.angularDistance(Quat(Eigen::AngleAxisd(0.7, axis)));
+  };
+  desk.model.push({0, 0, 0, 350, 0, 0});
+  EXPECT_LT(turned(Vec3::UnitY()), 1e-9) << "about the axis to the right";
+  desk.model.push({0, 0, 0, 0, 0, 350});
+  EXPECT_LT(turned(-Vec3::UnitZ()), 1e-9) << "about the axis that points down";
   desk.model.push({});
   desk.run(50);
   EXPECT_TRUE(desk.sample.p.isZero(0));
@@ -62,7 +70,10 @@ TEST_P(BothLayouts, TheToolIsWhereTheCapIsPushedTo) {
 TEST_P(BothLayouts, SilenceMeansAsBeforeAndSamplesGoOn) {
   Desk desk(GetParam());
   desk.run(20);
-  EXPECT_GE(desk.run(1000), 240);  // nobody touches it
+  const int fresh = desk.run(1000);  // nobody touches it
+  EXPECT_GE(fresh, 240);
+  EXPECT_LE(fresh, 251) << "every 4 ms";
+  EXPECT_LE(std::abs(desk.clock.now() - desk.sample.t_ns), 5 * kMs);
   EXPECT_EQ(desk.sample.status, kDeviceOk);
   desk.model.push({300, 0, 0, 0, 0, 0});
   desk.run(50);
@@ -79,7 +90,13 @@ TEST_P(BothLayouts, TornReportsChangeNothing) {
   desk.model.push({300, 300, 300, 300, 300, 300});
   desk.run(100);
   EXPECT_TRUE(desk.sample.p.isZero(0));
-  EXPECT_GT(desk.device->link().counters.dropped_bytes.load(), 30u);
+  const LinkCounters& counters = desk.device->link().counters;
+  EXPECT_GT(counters.dropped_bytes.load(), 30u);
+  const std::uint64_t dropped = counters.dropped_bytes.load(), taken = counters.exchanges.load();
+  desk.model.faults.clear();
+  desk.run(100);
+  EXPECT_EQ(counters.dropped_bytes.load(), dropped);
+  EXPECT_GT(counters.exchanges.load(), taken) << "whole ones are counted apart";
 }
 
 TEST(SpaceMouse, GoesOnAsFastAsItIsPushedAndStays) {
@@ -96,6 +113,76 @@ TEST(SpaceMouse, GoesOnAsFastAsItIsPushedAndStays) {
   desk.model.push({0, 350, 0, 0, 0, 0});
   desk.run(3000);
   EXPECT_EQ(desk.sample.p.x(), 0.08);  // its box
+  desk.model.push({-350, -350, 350, 0, 0, 0});
+  desk.run(3000);
+  EXPECT_EQ(desk.sample.p, Vec3(-0.08, -0.08, -0.08)) << "on every side";
+  desk.model.push({});
+  desk.device->close();
+  ASSERT_TRUE(desk.device->open().ok());
+  desk.run(20);
+  EXPECT_TRUE(desk.sample.p.isZero(0)) << "opened anew it begins in the middle";
+}
+
+TEST(SpaceMouse, TurnsOnAsFastAsItIsTwistedAndNotThroughAPause) {
+  SpaceMouseParameters parameters;
+  parameters.mode = "rate";
+  parameters.turn_speed = 0.5;
+  CapPose pose(parameters);
+  for (int i = 0; i < 100; ++i) pose.step({Vec3::Zero(), Vec3(0, 0.5, 0)}, 0.01);
+  EXPECT_LT(pose.pose().q.angularDistance(Quat(Eigen::AngleAxisd(0.25, Vec3::UnitY()))), 1e-9);
+  pose.step({Vec3::Zero(), Vec3(1, 0, 0)}, 0.1);
+  EXPECT_LT(pose.pose().q.angularDistance(Quat(Eigen::AngleAxisd(0.05, Vec3::UnitX())) *
+                                          Quat(Eigen::AngleAxisd(0.25, Vec3::UnitY()))),
+            1e-9)
+      << "about axes that stand";
+
+  Desk desk(true, {{"mode", "rate"}, {"speed", "0.1"}, {"dead_zone", "0"}});
+  desk.model.push({0, 350, 0, 0, 0, 0});
+  desk.run(100);
+  const double before = desk.sample.p.x();
+  desk.clock.advance(10'000 * kMs);
+  desk.run(10);
+  EXPECT_GT(desk.sample.p.x(), before);
+  EXPECT_LT(desk.sample.p.x(), before + 0.1 * 0.07) << "50 ms of the pause, and what came after it";
+}
+
+TEST(SpaceMouse, ReportsAreTakenWholeAndWithinWhatACapCanSay) {
+  using spacemouse::Report;
+  using Bytes = std::vector<std::uint8_t>;
+  spacemouse::State state;
+  const auto take = [&](const Bytes& report) { return spacemouse::take(report, state); };
+  EXPECT_EQ(take({1, 0x5e, 1, 0xa2, 0xfe, 3, 0}), Report::kTranslation);
+  EXPECT_EQ(state.axis, (std::array<std::int16_t, 6>{350, -350, 3, 0, 0, 0}));
+  EXPECT_EQ(take({2, 4, 0, 0xfb, 0xff, 0x20, 3}), Report::kRotation);
+  EXPECT_EQ(state.axis, (std::array<std::int16_t, 6>{350, -350, 3, 4, -5, 800})) << "800 is the most";
+  EXPECT_EQ(take({1, 1, 0, 2, 0, 3, 0, 4, 0, 5, 0, 0xe0, 0xfc}), Report::kBoth);
+  EXPECT_EQ(state.axis, (std::array<std::int16_t, 6>{1, 2, 3, 4, 5, -800}));
+  EXPECT_EQ(take({1, 7, 0, 8, 0, 9, 0, 14, 0, 15, 0, 6}), Report::kTranslation) << "its rotation is cut off";
+  EXPECT_EQ(state.axis, (std::array<std::int16_t, 6>{7, 8, 9, 4, 5, -800}));
+  EXPECT_EQ(take({3, 1, 2, 4, 0x88, 0xff}), Report::kButtons);
+  EXPECT_EQ(state.buttons, 0x88040201u);
+  EXPECT_EQ(take({3, 0x10}), Report::kButtons);
+  EXPECT_EQ(state.buttons, 0x10u);
+  EXPECT_EQ(take({0x17, 100}), Report::kBattery);
+
+  const spacemouse::State was = state;
+  for (const Bytes& none : {Bytes{},
+                            {1},
+                            {1, 1, 0, 2, 0, 3},
+                            {2, 1, 0, 2, 0, 3},
+                            {3},
+                            {0x17},
+                            {0x17, 101},
+                            {4, 1},
+                            {1, 0x21, 3, 0, 0, 0, 0},
+                            {1, 0, 0, 0, 0, 0xdf, 0xfc},
+                            {2, 0, 0, 0x21, 3, 0, 0},
+                            {1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x21, 3}}) {
+    EXPECT_EQ(take(none), Report::kNone) << testing::PrintToString(none);
+    EXPECT_EQ(state.axis, was.axis) << testing::PrintToString(none);
+    EXPECT_EQ(state.buttons, was.buttons);
+    EXPECT_EQ(state.battery_percent, 100);
+  }
 }
 
 TEST(SpaceMouse, ARestlessCapIsStillInItsDeadZone) {
@@ -109,6 +196,7 @@ TEST(SpaceMouse, ARestlessCapIsStillInItsDeadZone) {
   EXPECT_NEAR(shift(42), 7.0 / 315, 1e-12);  // from zero on, not with a jump
   EXPECT_NEAR(shift(-350), -1, 1e-12);
   EXPECT_NEAR(shift(500), 1, 1e-12);
+  EXPECT_NEAR(shift(-500), -1, 1e-12);
 }
 
 TEST(SpaceMouse, ItsButtonHoldsTheWholeGroup) {
@@ -140,7 +228,9 @@ TEST(SpaceMouse, ItsButtonHoldsTheWholeGroup) {
 TEST(SpaceMouse, ShowsItsLightWhileItIsOpenAndTellsItsBattery) {
   Desk desk(true);
   EXPECT_TRUE(desk.model.light());
-  EXPECT_EQ(desk.device->batteryPercent(), -1);
+  desk.model.push({300, 0, 0, 0, 0, 0});
+  desk.run(50);
+  EXPECT_EQ(desk.device->batteryPercent(), -1) << "not told yet";
   desk.model.tellBattery(64);
   desk.run(10);
   EXPECT_EQ(desk.device->batteryPercent(), 64);
@@ -149,10 +239,19 @@ TEST(SpaceMouse, ShowsItsLightWhileItIsOpenAndTellsItsBattery) {
 }
 
 TEST(SpaceMouse, KnowsItsFamilyAndNobodyElse) {
-  EXPECT_TRUE(isSpaceMouse({.vendor = 0x046d, .product = 0xc626}));
-  EXPECT_TRUE(isSpaceMouse({.vendor = 0x256f, .product = 0xc635}));
-  EXPECT_FALSE(isSpaceMouse({.vendor = 0x256f, .product = 0xc650}));  // a CadMouse
-  EXPECT_FALSE(isSpaceMouse({.vendor = 0x046d, .product = 0xc077}));  // a mouse
+  const auto all = [](std::uint16_t vendor) {
+    std::vector<int> products;
+    for (int product = 0; product < 0x10000; ++product) {
+      if (isSpaceMouse({.vendor = vendor, .product = static_cast<std::uint16_t>(product)})) products.push_back(product);
+    }
+    return products;
+  };
+  // As spacenavd lists them. Its own list of those without a cap: CadMice, keypads, keyboards.
+  EXPECT_EQ(all(0x046d),
+            (std::vector<int>{0xc603, 0xc605, 0xc606, 0xc621, 0xc623, 0xc625, 0xc626, 0xc627, 0xc628, 0xc629, 0xc62b}));
+  EXPECT_EQ(all(0x256f),
+            (std::vector<int>{0xc62e, 0xc62f, 0xc631, 0xc632, 0xc633, 0xc635, 0xc636, 0xc638, 0xc63a, 0xc652}));
+  EXPECT_TRUE(all(0x256e).empty());
 }
 
 }  // namespace

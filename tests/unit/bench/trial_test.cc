@@ -165,6 +165,11 @@ TEST(Metrics, TheirHashIsThatOfTheForcesBits) {
   EXPECT_GE(before, std::uint64_t{1} << 32);
   for (Answer& answer : answers) answer.force.y() = -0.0;
   EXPECT_EQ(hash(), before) << "a zero's sign is no difference";
+  for (Answer& answer : answers) answer.proxy = Vec3(1, 2, 3);
+  EXPECT_EQ(hash(), before) << "of forces alone";
+  answers[0].force.y() = 1e-300;
+  EXPECT_NE(hash(), before);
+  answers[0].force.y() = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     for (const int axis : {0, 2}) {
       double& force = answers[i].force[axis];

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/zwidth/buzz.h"
@@ -181,6 +182,75 @@ TEST(ZwidthGoals, JudgeNamesWhatIsMissed) {
   bad = good;
   bad.colgate_delayed = 1000;
   EXPECT_EQ(missed(bad), 1) << "below Colgate";
+  bad = good;
+  bad.off = 1060;
+  bad.on = 2300;
+  EXPECT_EQ(missed(bad), 1) << "beyond the limit, which cannot be";
+  bad.friction = 0.1;
+  EXPECT_EQ(missed(bad), 0) << "with dry friction it can";
+  bad = good;
+  bad.displayed = 1.1;
+  EXPECT_EQ(missed(bad), 1) << "stiffer than asked for";
+  bad = good;
+  bad.on = bad.displayed = 0;
+  EXPECT_EQ(missed(bad), 1) << "no wall at all: not twice, and nothing that is displayed";
+
+  Row real = stiff;
+  real.step = 1e-5;
+  real.friction = 0.1;
+  EXPECT_EQ(missed(real), 0);
+  real.off = 5000;
+  real.on = 5100;
+  EXPECT_EQ(missed(real), 0) << "friction helps";
+  real.off = 940;
+  EXPECT_EQ(missed(real), 1) << "below the limit at the estimator's slowest";
+  real.off = 2900;
+  real.on = 2800;
+  EXPECT_EQ(missed(real), 1) << "the best wall is lower with the controller";
+  real.on = 2850;
+  EXPECT_EQ(missed(real), 0) << "as well as the search finds them";
+
+  // Twice is asked where off is at most half the best of its own curve, up to that.
+  const auto twice = [](const std::vector<Row>& rows) { return judge(rows)[3]; };
+  EXPECT_EQ(twice({good, stiff}).rows, 1);
+  EXPECT_DOUBLE_EQ(twice({good, stiff}).worst, 2100.0 / 990);
+  Row beyond = good;
+  beyond.damping = 20;
+  EXPECT_EQ(twice({good, stiff, beyond}).rows, 1);
+  for (const auto& change : {Change{500, 0, kIdealStep, 0}, Change{1000, 1, kIdealStep, 0}}) {
+    Row other = good;
+    other.change = change;
+    EXPECT_EQ(twice({other, stiff}).rows, 0);
+  }
+}
+
+TEST(ZwidthLoop, PlansEachRowOnceWithItsLimits) {
+  const char* const uri = "sim://default?viscous=2&coulomb=0.1&resolution=1e-5";
+  const std::vector<Row> rows =
+      plan({.uri = uri, .rates_hz = {1000, 500, 1000}, .delays = {2, 0}, .dampings = {1.5, 0, 1.5}});
+  ASSERT_EQ(rows.size(), 2u * 2 * 2 * 3);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Row& row = rows[i];
+    const double rate = row.change.rate_hz;
+    EXPECT_DOUBLE_EQ(row.colgate, 2 * (2 - row.damping) * rate);
+    if (row.change.delay == 0) {
+      EXPECT_NEAR(row.colgate_delayed, row.colgate, 1e-6);
+    } else {
+      EXPECT_LT(row.colgate_delayed, 0.9 * row.colgate);
+    }
+    EXPECT_DOUBLE_EQ(row.friction_limit, row.friction > 0 ? 2 * 0.1 / 1e-5 : 0);
+    EXPECT_TRUE(row.friction == 0 || (row.friction == 0.1 && row.step == 1e-5));
+    EXPECT_TRUE(row.step == 1e-5 || row.step == kIdealStep);
+    EXPECT_EQ(row.eigenvalue, eigenvalueLimit(makeLoop(uri, {rate, row.change.delay, kIdealStep, 0}), row.damping));
+    EXPECT_GT(row.slowest, 0);
+    if (row.damping == 0) {
+      EXPECT_EQ(row.slowest, row.eigenvalue);
+    }
+    if (i == 0) continue;
+    const auto key = [](const Row& r) { return std::tuple(r.change.rate_hz, r.change.delay, r.friction, r.step); };
+    EXPECT_LE(key(rows[i - 1]), key(row)) << "sorted";
+    EXPECT_TRUE(key(rows[i - 1]) < key(row) || rows[i - 1].damping != row.damping);
+  }
 }
 
 TEST(ZwidthLoop, SweepsADeviceOnceThatIsTwoOfTheThree) {

@@ -6,14 +6,13 @@ namespace hapticd::pantograph {
 
 Grip gripAt(const Bars& bars, const Vec2& angles) HD_RT {
   Grip grip;
-  if (!angles.allFinite()) return grip;
   const Vec2 u1(std::cos(angles[0]), std::sin(angles[0])), u2(std::cos(angles[1]), std::sin(angles[1]));
   const Vec2 a = bars.l * u1, b = Vec2(bars.d, 0) + bars.l * u2;
   // The grip is L from both elbows, on the operator's side of the line between them.
   const Vec2 half = (b - a) / 2;
   const double h = half.norm();
   constexpr double kStraight = 0.995;  // Elbows so far apart that the two long bars are nearly one.
-  if (!(h > 1e-4) || !(h < kStraight * bars.L)) return grip;
+  if (!(h > 1e-4) || !(h < kStraight * bars.L)) return grip;  // Nor where an angle is not finite.
   Vec2 across(-half.y() / h, half.x() / h);
   if (across.y() < 0) across = -across;
   grip.p = a + half + std::sqrt(bars.L * bars.L - h * h) * across;

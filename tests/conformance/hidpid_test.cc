@@ -1,6 +1,9 @@
 // Force feedback by USB PID: the layout by descriptor, forces, and what becomes of them when somebody is late or gone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "drivers/hidpid/hidpid_io.h"
 #include "drivers/link/io_device.h"
 #include "tests/support/stepped/push.h"
@@ -76,6 +79,10 @@ TEST(HidPid, ReadsWhereTheStickIs) {
     EXPECT_NEAR((stick.sample.p - p).norm(), 0, 3e-6);
   }
   EXPECT_EQ(stick.sample.buttons, 5u);
+  stick.model.buttons = 0x82;
+  stick.run(50, {});
+  EXPECT_EQ(stick.sample.buttons, 0x82u) << "others were let go";
+  EXPECT_LE(std::abs(stick.clock.now() - stick.sample.t_ns), 5 * kMs);
   EXPECT_EQ(stick.sample.status, kDeviceOk);
 }
 
@@ -101,6 +108,47 @@ TEST(HidPid, SaturationKeepsTheDirectionAndIsTold) {
     EXPECT_NEAR((stick.model.force() - Vec3(2, -4, 0)).norm(), 0, 0.02);
     EXPECT_NE(stick.sample.status & kDeviceSaturated, 0u);
   }
+  stick.run(5, {});
+  EXPECT_EQ(stick.sample.status, kDeviceOk);
+}
+
+TEST(HidPid, AForceThatIsNoNumberIsNone) {
+  Stick stick;
+  stick.hold(Vec3::Zero());
+  for (const double none : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    for (const Vec3& force : {Vec3(none, 2, 0), Vec3(2, none, 0), Vec3(none, none, 0)}) {
+      stick.run(20, push(Vec3(1, 2, 0)));
+      ASSERT_GT(stick.model.force().y(), 1.9);
+      stick.run(3, push(force));
+      EXPECT_TRUE(stick.model.force().isZero(0)) << force.transpose();
+    }
+  }
+}
+
+TEST(HidPid, PushesTheOtherWayRoundOrInOneDirectionAsItIsTold) {
+  Stick inverted({}, {{"invert", "1"}});
+  inverted.hold(Vec3::Zero());
+  inverted.run(10, push(Vec3(1, 2, 0)));
+  EXPECT_NEAR((inverted.model.force() - Vec3(-1, -2, 0)).norm(), 0, 0.02);
+  Stick fixed({}, {{"fixed_direction", "1"}});
+  fixed.hold(Vec3::Zero());
+  fixed.run(10, push(Vec3(1, 2, 0)));
+  EXPECT_NEAR((fixed.model.force() - Vec3(0, 2, 0)).norm(), 0, 0.02) << "its second axis is told X's direction, too";
+}
+
+TEST(HidPid, WhatADeadProcessLeftIsTakenAwayWhenItIsOpened) {
+  Stick dead({.pool = 6});
+  dead.hold(Vec3::Zero());
+  dead.run(20, push(Vec3(0, 2, 0)));
+  ASSERT_EQ(dead.model.effects(), 6u) << "there is room for no more";
+  auto resolved = resolveHidPid({"hidpid", "default", {{"max_force", "4"}}}, {});
+  ASSERT_TRUE(resolved.ok());
+  resolved->hid = [&dead] { return std::make_unique<haptic_emu::InProcessHid>(dead.model, dead.clock); };
+  IoDevice next(std::make_unique<HidPidIo>(std::move(*resolved)), IoOptions{.thread = false}, dead.clock);
+  ASSERT_TRUE(next.open().ok());
+  EXPECT_EQ(dead.model.effects(), 6u);
+  EXPECT_FALSE(dead.model.actuatorsOn());
+  EXPECT_EQ(dead.model.running(kConstant), 0);
 }
 
 TEST(HidPid, NothingPushesBeforeAndAfterItIsSwitchedOn) {
@@ -115,6 +163,9 @@ TEST(HidPid, NothingPushesBeforeAndAfterItIsSwitchedOn) {
   stick.run(3, off);
   EXPECT_FALSE(stick.model.actuatorsOn());
   EXPECT_EQ(stick.model.running(kConstant), 0);
+  stick.run(5, push(Vec3(0, 2, 0)));
+  EXPECT_NEAR(stick.model.force().y(), 2, 0.01) << "at once again";
+  stick.run(3, off);
   stick.run(20, push(Vec3(0, std::nan(""), 0)));
   EXPECT_TRUE(stick.model.force().isZero(0));
 }
@@ -166,6 +217,27 @@ TEST(HidPid, ALateServoIsFollowedByDamperAndSpringForAShortTime) {
   stick.run(20, push(Vec3(0, 1, 0)));
   EXPECT_NEAR(stick.model.force().y(), 1, 0.01);
   EXPECT_EQ(stick.model.running(kSpring), 0);
+}
+
+TEST(HidPid, WhoeverCommandsAgainEndsTheFallbackAtOnce) {
+  for (const bool enabled : {true, false}) {
+    Stick stick({}, {{"fallback", "0.25"}});
+    stick.hold(Vec3(0.01, 0.02, 0));
+    stick.run(50, push(Vec3(1, 2, 0)));
+    stick.advance(13);
+    ASSERT_EQ(stick.model.running(kSpring) + stick.model.running(kDamper), 4);
+    DeviceCommand command = push(Vec3(0, 1, 0));
+    command.enabled = enabled;
+    stick.run(3, command);
+    EXPECT_EQ(stick.model.running(kSpring) + stick.model.running(kDamper), 0);
+    EXPECT_NEAR((stick.model.force() - Vec3(0, enabled ? 1 : 0, 0)).norm(), 0, 0.01);
+  }
+  // Where nothing pushed nothing is held still.
+  Stick idle({}, {{"fallback", "0.25"}});
+  idle.run(50, {});
+  idle.advance(13);
+  EXPECT_EQ(idle.model.running(kSpring) + idle.model.running(kDamper), 0);
+  EXPECT_FALSE(idle.model.actuatorsOn());
 }
 
 TEST(HidPid, NoFallbackWithoutABoundOnItsForce) {
@@ -361,7 +433,36 @@ TEST_P(Makers, IsDrivenByItsOwnDescriptor) {
   EXPECT_EQ(layout.value().quirks.no_start_delay, !variant.start_delay);
   EXPECT_EQ(layout.value().quirks.control_in_bits, variant.control_in_bits);
   EXPECT_EQ(layout.value().quirks.no_block_offset, !variant.block_offset || !variant.conditions);
+  EXPECT_EQ(layout.value().quirks.no_negative_coefficient, !variant.negative_coefficient || !variant.conditions);
+  EXPECT_EQ(layout.value().quirks.no_dead_band, !variant.dead_band || !variant.conditions);
+  EXPECT_EQ(layout.value().quirks.no_saturation, !variant.conditions);
   EXPECT_EQ(layout.value().axes, static_cast<std::size_t>(variant.axes));
+}
+
+TEST(HidPid, WhatItNeedsAndADeviceHasNotIsNamed) {
+  const struct {
+    std::uint8_t usage;  // Of a report, which is taken for another.
+    const char* name;
+  } needed[] = {{0x21, "Set Effect"},
+                {0x73, "Set Constant Force"},
+                {0x77, "Effect Operation"},
+                {0xab, "Create New Effect"},
+                {0x89, "Block Load"}};
+  for (const auto& [usage, name] : needed) {
+    std::vector<std::uint8_t> bytes = haptic_emu::pidDescriptor({});
+    // A collection of that usage, which takes two bytes from 0x80 on.
+    const std::vector<std::uint8_t> report =
+        usage < 0x80 ? std::vector<std::uint8_t>{0x09, usage, 0xa1} : std::vector<std::uint8_t>{0x0a, usage, 0, 0xa1};
+    const auto at = std::search(bytes.begin(), bytes.end(), report.begin(), report.end());
+    ASSERT_NE(at, bytes.end()) << name;
+    at[1] = 0x01;
+    const auto reports = HidReports::parse(bytes);
+    ASSERT_TRUE(reports.ok());
+    EXPECT_EQ(pid::hasForceFeedback(*reports), usage != 0x21 && usage != 0x73);
+    const auto layout = pid::layoutOf(*reports);
+    ASSERT_FALSE(layout.ok()) << name;
+    EXPECT_NE(layout.error().what.find(std::string("lacks ") + name), std::string::npos) << layout.error().what;
+  }
 }
 
 TEST(HidPid, AJoystickWithoutForceFeedbackIsNone) {

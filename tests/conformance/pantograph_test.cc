@@ -174,6 +174,19 @@ TEST(Pantograph, TheGripIsAsFarFromBothElbowsOnTheOperatorsSide) {
     }
   }
   EXPECT_GT(seen, 500);
+  pantograph::Bars wide;
+  wide.d = 0.06;
+  const double straight = 0.995 * wide.L;
+  for (const auto& [half, reachable] : {std::pair{0.0, false},
+                                        {0.99e-4, false},
+                                        {1.01e-4, true},
+                                        {0.03, true},
+                                        {straight - 1e-9, true},
+                                        {straight + 1e-9, false},
+                                        {wide.L - 1e-9, false}}) {
+    const double t = std::acos((wide.d / 2 - half) / wide.l);  // Both elbows as high.
+    EXPECT_EQ(pantograph::gripAt(wide, Vec2(t, EIGEN_PI - t)).reachable, reachable) << half;
+  }
   EXPECT_FALSE(pantograph::gripAt(bars, Vec2(std::nan(""), 0)).reachable);
   EXPECT_FALSE(pantograph::gripAt(bars, Vec2(0, HUGE_VAL)).reachable);
 }

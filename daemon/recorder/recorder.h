@@ -25,8 +25,9 @@ namespace hapticd {
 /** Control thread only, but for the thread it owns. */
 class Recorder {
  public:
-  static constexpr std::int64_t kFlushNs = 250'000'000;       ///< A cycle waits at most so long for its block.
-  static constexpr std::int64_t kPatienceNs = 5'000'000'000;  ///< The reader takes nothing for so long: given up.
+  static constexpr std::int64_t kFlushNs = 250'000'000;  ///< A cycle waits at most so long for its block.
+  /** The reader takes nothing for so long: given up. Less than a client waits for the answer to its stop(). */
+  static constexpr std::int64_t kPatienceNs = 4'000'000'000;
 
   /** A snapshot that cycles use from the log's cycle number `after` on: shared and sealed, or a copy. */
   struct Mesh {

@@ -52,6 +52,16 @@ class Daemon(unittest.TestCase):
         self.assertGreater(end.cycles, 10)
         self.assertEqual((end.lost, end.reason), (0, "stopped"))
 
+    def test_who_reads_no_recording_hears_of_it(self):
+        n = 120  # Its snapshot is more than a socket holds.
+        x, y = np.meshgrid(np.linspace(0, 0.1, n), np.linspace(0, 0.1, n))
+        i = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+        faces = np.concatenate([np.stack([i, i + 1, i + n], -1), np.stack([i + 1, i + n + 1, i + n], -1)])
+        mesh = self.client.scene.upload(np.stack([x, y, 0 * x], -1).reshape(-1, 3), faces)
+        with self.client.record() as recording:
+            self.assertIn("stands still", recording.stop().reason)
+        self.client.scene.drop_mesh(mesh.id)
+
     def test_history_is_a_numpy_array(self):
         with self.client.open_session() as session:
             self.assertTrue(eventually(lambda: session.counters().cycles > 100))

@@ -21,6 +21,7 @@ Result<void> HidPidIo::open(const std::atomic<bool>& stop) {
   layout_ = *layout;
   encoder_ = pid::Encoder(layout_, lengths.value());
   axes_ = {};
+  buttons_ = 0;  // What was held before it was unplugged is told again, or held no more.
   fallbacks_ = 0;
   known_ = energised_ = fallen_ = saturated_ = safety_open_ = power_off_ = gone_ = false;
   refusals_ = 0;

@@ -318,6 +318,24 @@ TEST(HidPid, UnplugIsToldAndReplugPushesNotByItself) {
   EXPECT_NEAR(stick.model.force().y(), 1, 0.01);
 }
 
+/** It tells of buttons only when one changes. */
+TEST(HidPid, WhatWasHeldWhenItWasUnpluggedIsNotHeldForEver) {
+  Stick stick({.buttons_apart = true});
+  ASSERT_TRUE(stick.opened.ok()) << toString(stick.opened.error());
+  stick.hold(Vec3(0.01, 0, 0));
+  stick.model.buttons = 2;
+  stick.run(20, {});
+  ASSERT_EQ(stick.sample.buttons, 2u);
+  ASSERT_NEAR((stick.sample.p - Vec3(0.01, 0, 0)).norm(), 0, 3e-6);
+  stick.model.faults.add({haptic_emu::FaultKind::kUnplug, 0, INT64_MAX});
+  stick.run(500, {});
+  stick.model.buttons = 0;
+  stick.model.faults.clear();
+  stick.run(700, {});
+  ASSERT_EQ(stick.sample.status, kDeviceOk);
+  EXPECT_EQ(stick.sample.buttons, 0u);
+}
+
 TEST(HidPid, TornReportsMoveNothing) {
   Stick stick;
   stick.hold(Vec3(0.01, 0.02, 0));

@@ -63,6 +63,7 @@ void joystick(Writer& w, const PidVariant& v) {
   w.size(1, 8);
   for (int b = 1; b <= 8; ++b) w.usage(b);
   w.input(2);
+  if (v.buttons_apart) w.id(kAxesApart);
   w.page(1);
   w.range(-32767, 32767);
   w.size(16, v.axes);

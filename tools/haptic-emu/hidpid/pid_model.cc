@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace haptic_emu {
 namespace {
@@ -27,6 +28,7 @@ void PidModel::forget() {
   actuators_ = !variant_.switches;
   new_block_ = 0;
   load_status_ = 3;
+  sent_buttons_ = 0;
 }
 
 void PidModel::advance(std::int64_t t_ns) {
@@ -45,6 +47,10 @@ void PidModel::advance(std::int64_t t_ns) {
   for (; next_ns_ <= now_ns_; next_ns_ += 1'000'000) {
     if (faults.active(FaultKind::kSilence, now_ns_)) continue;
     Bytes report = {1, buttons};
+    if (variant_.buttons_apart) {
+      if (std::exchange(sent_buttons_, buttons) != buttons) queue_.push_back(report);
+      report = {kAxesApart};
+    }
     for (int a = 0; a < variant_.axes; ++a) {
       const double at = (a == 0 ? hand.position().y() : hand.position().x()) / kTravel;
       const int counts = static_cast<int>(std::lround(32767 * std::clamp(at, -1.0, 1.0)));

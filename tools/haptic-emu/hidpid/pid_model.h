@@ -64,6 +64,7 @@ class PidModel final : public HidModel {
   Bytes descriptor_;
   std::map<int, PlayedEffect> effects_;
   int new_block_ = 0, polls_left_ = 0, load_status_ = 3;
+  std::uint8_t sent_buttons_ = 0;
   bool actuators_ = false, safety_ = true, power_ = true;
   Vec3 last_position_ = Vec3::Zero(), velocity_ = Vec3::Zero();
   std::int64_t stepped_ns_ = 0, next_ns_ = 0, longest_ms_ = 0;

@@ -16,6 +16,7 @@ R, MASS, INERTIA = 0.012, 0.1, 0.4 * 0.1 * 0.012**2  # of a ball [m, kg, kg m^2]
 HALF, CLOTH = np.array([0.07, 0.05]), -0.03  # of the table, and its height [m]
 SLIDING, ROLLING = 0.2 * 9.81, 5 / 7 * 0.01 * 9.81  # what the cloth takes from a ball [m/s^2]
 KEPT = 0.9  # of the speed, by a collision
+LONGEST = 0.005  # step between looks for collisions [s]
 UP = np.array([0, 0, 1.0])
 
 
@@ -110,18 +111,24 @@ def main() -> int:
             samples = session.drain()
             for i, (ball, number) in enumerate(zip(balls, numbers)):
                 given[i] += struck(samples, ball, number, period)
-            for _ in samples:  # The table's time is the servo's.
-                t += period
+            passed = period * len(samples)  # The table's time is the servo's.
+            steps = math.ceil(passed / LONGEST)
+            for _ in range(steps):
                 collide(balls)
                 for ball in balls:
-                    ball.move(period)
+                    ball.move(passed / steps)
+            t += passed
             for i, (ball, number) in enumerate(zip(balls, numbers)):
                 fastest[i] = max(fastest[i], float(np.linalg.norm(ball.v)))
                 session.push_object_pose(number, tuple(ball.p), v=tuple(ball.v), w=tuple(ball.w), latest=True)
     for i, ball in enumerate(balls):
         print(f"ball {i}: {1000 * given[i]:.0f} mN s from the hand, at most {fastest[i]:.2f} m/s, "
               f"now at {1000 * ball.p[0]:.0f}, {1000 * ball.p[1]:.0f} mm")
-    return 0 if given[0] > 0.01 and fastest[1] > 0.05 and all(math.isfinite(ball.p @ ball.p) for ball in balls) else 1
+    if given[0] > 0.01 and fastest[1] > 0.05 and all(math.isfinite(ball.p @ ball.p) for ball in balls):
+        return 0
+    print("Ball 0 was not driven into ball 1. A simulated hand misses it where the machine is too busy for this program.",
+          file=sys.stderr)
+    return 1
 
 
 if __name__ == "__main__":

@@ -112,9 +112,12 @@ def press_once(session: haptic.Session, wall: int, stiffness: float) -> Press:
 
 def resume(path: str, stairs: Staircase) -> List[Dict[str, str]]:
     """The trials of a file, answered once more."""
-    with open(path, newline="", encoding="utf-8") as file:
-        lines = file.readlines()
-    trials = list(csv.DictReader(lines))
+    try:
+        with open(path, newline="", encoding="utf-8") as file:
+            lines = file.readlines()
+        trials = list(csv.DictReader(lines))
+    except (UnicodeDecodeError, csv.Error) as error:
+        sys.exit(f"{path}: no results of this experiment: {error}")
     for line, trial in enumerate(trials, 2):
         whole = tuple(trial) == COLUMNS and None not in trial.values()
         wanted = (trials[0].get("seed"), str(line - 1), f"{stairs.level:.4f}")

@@ -92,6 +92,10 @@ class Resumed(unittest.TestCase):
             with self.assertRaisesRegex(SystemExit, f"results.csv, line {line}: it does not follow"):
                 self.resumed(lines)
 
+    def test_of_what_is_no_text_is_refused(self):
+        self.file.write_bytes("".join(self.lines).encode() + b"\xff\n")
+        with self.assertRaisesRegex(SystemExit, "results.csv: no results of this experiment: "):
+            experiment.resume(str(self.file), experiment.Staircase(0.5, 11))
 
     def test_of_a_file_without_its_last_line_end_is_refused(self):
         with self.assertRaisesRegex(SystemExit, "results.csv, line 10: it does not end in a line end"):

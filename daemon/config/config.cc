@@ -92,8 +92,11 @@ Result<LoadedConfig> loadConfig(const std::string& option, const ConfigEnvironme
   if (!text) return text.error();
   auto config = parseConfig(*text, file);
   if (!config) return config.error();
-  return LoadedConfig{std::move(config).value(), file, placeInConfig(*text, file, "motions", "folder"),
-                      placeInConfig(*text, file, "builder", "program"), placeInConfig(*text, file, "sockets", "group")};
+  return LoadedConfig{std::move(config).value(), file, std::move(text).value()};
+}
+
+std::string LoadedConfig::place(const char* section, const char* key, std::size_t entry) const {
+  return file.empty() ? std::string() : placeInConfig(text, file, section, key, entry);
 }
 
 Result<void> checkFolders(const LoadedConfig& loaded) {
@@ -102,7 +105,7 @@ Result<void> checkFolders(const LoadedConfig& loaded) {
   struct stat status {};
   const int code = ::stat(folder.c_str(), &status) != 0 ? errno : S_ISDIR(status.st_mode) ? 0 : ENOTDIR;
   if (code == 0) return {};
-  return Error{ErrorCode::kNotFound, loaded.motions_place,
+  return Error{ErrorCode::kNotFound, loaded.place("motions", "folder"),
                fmt::format("folder = \"{}\": {}", log::printable(folder), std::strerror(code)),
                "make the folder, or correct the line: no client finds a motion there"};
 }

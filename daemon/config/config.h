@@ -164,9 +164,12 @@ struct Config {
 /** kInvalidArgument with "`name`:line:column" and, for an unknown key, the nearest known one. Never throws. Fuzzed. */
 [[nodiscard]] Result<Config> parseConfig(std::string_view toml, std::string_view name);
 
-/** "`name`:line:column" of a value in a text that parseConfig() took; `name` if it does not stand there. */
+/**
+ * "`name`:line:column" of a value in a text that parseConfig() took; `name` if it does not stand there. Of an array of
+ * tables, such as [[group]], in the one with that index.
+ */
 [[nodiscard]] std::string placeInConfig(std::string_view toml, std::string_view name, const char* section,
-                                        const char* key);
+                                        const char* key, std::size_t entry = 0);
 
 /** Every value, as TOML that parseConfig() reads back to an equal Config. */
 [[nodiscard]] std::string toToml(const Config& config);
@@ -174,10 +177,11 @@ struct Config {
 /** A configuration and where it came from. */
 struct LoadedConfig {
   Config config;
-  std::string file;           ///< Empty: the embedded default.
-  std::string motions_place;  ///< Where motions.folder stands in it,
-  std::string builder_place;  ///< builder.program
-  std::string group_place;    ///< and sockets.group.
+  std::string file;  ///< Empty: the embedded default.
+  std::string text;  ///< Of the file.
+
+  /** Where a value stands in the file, as placeInConfig(); empty: there is no file. */
+  [[nodiscard]] std::string place(const char* section, const char* key, std::size_t entry = 0) const;
 };
 
 /** What it names and the disk lacks: a folder of motions. Nothing that keeps the daemon from its work. */

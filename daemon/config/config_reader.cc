@@ -363,10 +363,12 @@ Result<Config> read(std::string_view text, std::string_view name) {
 
 }  // namespace
 
-std::string placeInConfig(std::string_view toml, std::string_view name, const char* section, const char* key) {
+std::string placeInConfig(std::string_view toml, std::string_view name, const char* section, const char* key,
+                          std::size_t entry) {
   try {
     const toml::table table = toml::parse(toml, name);
-    const toml::node* const node = table[section][key].node();
+    const auto all = table[section];
+    const toml::node* const node = (all.is_array() ? all[entry][key] : all[key]).node();
     return node == nullptr ? std::string(name) : inWords(name, node->source().begin);
   } catch (const std::exception&) {
     return std::string(name);

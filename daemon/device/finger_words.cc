@@ -50,7 +50,7 @@ Result<void> take(std::string_view word, const std::string& where, SetFinger& fi
   for (const Number& number : kNumbers) {
     if (equals == std::string_view::npos || word.substr(0, equals) != number.name) continue;
     const auto n = parseNumbers(word.substr(equals + 1), 1, where);
-    if (!n) return n.error();
+    if (!n) return Error{n.error().code, where, fmt::format("{}: {}", number.name, n.error().what), n.error().remedy};
     const double x = n->front();
     if (!(x >= 0 && x <= number.most) || (number.positive && x == 0)) {
       return Error{ErrorCode::kInvalidArgument, where, fmt::format("{} = {:g} is out of range", number.name, x),

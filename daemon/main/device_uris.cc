@@ -11,6 +11,7 @@ namespace {
 
 bool isUri(const std::string& text) { return text.find("://") != std::string::npos; }
 
+/** `entry` is where it was named: "file:line:column: [[device]]". */
 Error at(std::string entry, const std::string& uri, Error error) {
   error.where = fmt::format("{} \"{}\": {}", entry, uri, error.where);
   return error;
@@ -22,10 +23,12 @@ Error twice(std::string entry, const std::string& spelt, const std::string& uri,
 
 }  // namespace
 
-Result<void> resolveDeviceLimits(Config& config) {
+Result<void> resolveDeviceLimits(LoadedConfig& loaded) {
   std::set<std::string> known;
-  for (DeviceConfig& device : config.devices) {
+  for (std::size_t i = 0; i < loaded.config.devices.size(); ++i) {
+    DeviceConfig& device = loaded.config.devices[i];
     const std::string spelt = device.uri;
+    const auto entry = [&] { return loaded.place("device", "uri", i) + ": [[device]]"; };
     std::string serial;
     if (isUri(spelt)) {
       const auto made = makeDevice(spelt);
@@ -33,25 +36,29 @@ Result<void> resolveDeviceLimits(Config& config) {
         device.uri = (*made)->info().uri;
         serial = (*made)->info().serial;
       } else if (made.error().code != ErrorCode::kUnsupported) {
-        return at("[[device]]", spelt, made.error());
+        return at(entry(), spelt, made.error());
       }
     }
     const bool fresh = known.insert(device.uri).second;
     if (!fresh || (!serial.empty() && !known.insert(serial).second))
-      return twice("[[device]]", spelt, device.uri, "only the first one's limits would hold: keep one");
+      return twice(entry(), spelt, device.uri, "only the first one's limits would hold: keep one");
   }
   return {};
 }
 
-Result<void> checkGroupUris(const Config& config) {
+Result<void> checkGroupUris(const Options& options) {
   std::set<std::string> known;
-  for (const GroupConfig& group : config.groups) {
+  for (std::size_t i = 0; i < options.loaded.config.groups.size(); ++i) {
+    const GroupConfig& group = options.loaded.config.groups[i];
+    const auto entry = [&] {
+      return options.devices_named ? "--device" : options.loaded.place("group", "devices", i) + ": group " + group.name;
+    };
     for (const std::string& uri : group.devices) {
       if (!isUri(uri)) continue;
       const auto made = makeDevice(uri);
-      if (!made) return at("group " + group.name, uri, made.error());
+      if (!made) return at(entry(), uri, made.error());
       if (!known.insert((*made)->info().uri).second)
-        return twice("group " + group.name, uri, (*made)->info().uri, "name each device once");
+        return twice(entry(), uri, (*made)->info().uri, "name each device once");
     }
   }
   return {};

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "daemon/config/config.h"
+#include "daemon/main/options.h"
 #include "rt/base/error.h"
 
 namespace hapticd {
@@ -13,12 +13,12 @@ namespace hapticd {
  * must not lose its limits. Refuses a URI that no driver takes, and a second entry of a device as far as URIs tell;
  * serial numbers and schemes that this build cannot open stay as they are.
  */
-[[nodiscard]] Result<void> resolveDeviceLimits(Config& config);
+[[nodiscard]] Result<void> resolveDeviceLimits(LoadedConfig& loaded);
 
 /**
- * Refuses a URI of a group that could not be opened whatever is attached, or that names a device for the second time.
- * Serial numbers are not looked for.
+ * Refuses a URI of a group, or of --device, that could not be opened whatever is attached, or that names a device for
+ * the second time. Serial numbers are not looked for.
  */
-[[nodiscard]] Result<void> checkGroupUris(const Config& config);
+[[nodiscard]] Result<void> checkGroupUris(const Options& options);
 
 }  // namespace hapticd

@@ -96,15 +96,25 @@ Result<void> apply(const Words& words, Options& options) {
   return {};
 }
 
+/** Says as well where it stands in the file. */
+Result<void> standingAt(const std::string& place, Result<void> good) {
+  if (good || place.empty()) return good;
+  Error error = good.error();
+  error.where = place + ": " + error.where;
+  return error;
+}
+
 /** A servo that is to run where there is no processor does not start. */
-Result<void> checkProcessors(const Config& config) {
+Result<void> checkProcessors(const LoadedConfig& loaded) {
   const long processors = ::sysconf(_SC_NPROCESSORS_CONF);
-  for (const GroupConfig& group : config.groups) {
+  for (std::size_t i = 0; i < loaded.config.groups.size(); ++i) {
+    const GroupConfig& group = loaded.config.groups[i];
     for (const std::uint32_t cpu : group.cpus) {
       if (processors < 1 || static_cast<long>(cpu) < processors) continue;
-      return Error{ErrorCode::kInvalidArgument, fmt::format("group {}: cpus", group.name),
-                   fmt::format("there is no processor {}", cpu),
-                   fmt::format("this machine has 0 to {}", processors - 1)};
+      return standingAt(
+          loaded.place("group", "cpus", i),
+          Error{ErrorCode::kInvalidArgument, fmt::format("group {}: cpus", group.name),
+                fmt::format("there is no processor {}", cpu), fmt::format("this machine has 0 to {}", processors - 1)});
     }
   }
   return {};
@@ -117,25 +127,17 @@ Result<void> checkBuilder(const std::string& program) {
   return found ? Result<void>() : found.error();
 }
 
-/** Says as well where it stands in the file. */
-Result<void> standingAt(const std::string& place, Result<void> good) {
-  if (good || place.empty()) return good;
-  Error error = good.error();
-  error.where = place + ": " + error.where;
-  return error;
-}
-
 /** What must be right in any case, and with --check-config what a start would find. */
 Result<void> checkWhole(Options& options) {
   Config& config = options.loaded.config;
-  Result<void> good = resolveDeviceLimits(config);
+  Result<void> good = resolveDeviceLimits(options.loaded);
   if (!options.check_config) return good;
-  if (good) good = checkGroupUris(config);
-  if (good) good = checkProcessors(config);
+  if (good) good = checkGroupUris(options);
+  if (good) good = checkProcessors(options.loaded);
   if (good) good = checkFolders(options.loaded);
   if (good) good = checkSocketPaths(config.sockets.control, config.sockets.admin);
   if (good) good = checkGroup(options.loaded);
-  if (good) good = standingAt(options.loaded.builder_place, checkBuilder(config.builder.program));
+  if (good) good = standingAt(options.loaded.place("builder", "program"), checkBuilder(config.builder.program));
   if (good) good = findLines(lineRequests(config.lines));
   return good;
 }
@@ -143,7 +145,7 @@ Result<void> checkWhole(Options& options) {
 }  // namespace
 
 Result<void> checkGroup(const LoadedConfig& loaded) {
-  return standingAt(loaded.group_place, checkSocketGroup(loaded.config.sockets.group));
+  return standingAt(loaded.place("sockets", "group"), checkSocketGroup(loaded.config.sockets.group));
 }
 
 int answer(const std::string& text) {

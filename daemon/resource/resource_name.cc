@@ -103,9 +103,11 @@ Result<std::vector<double>> parseNumbers(std::string_view text, std::size_t coun
     const bool plus = token.size() > 1 && token[0] == '+' && token[1] != '-';  // As on the command line.
     const std::optional<double> value = parseNumber(token.substr(plus ? 1 : 0));
     if (!value) {
-      return Error{ErrorCode::kInvalidArgument, where,
-                   fmt::format("number {} ('{}') is not a finite number", numbers.size() + 1, token.substr(0, 40)),
-                   how};
+      return Error{
+          ErrorCode::kInvalidArgument, where,
+          count == 1 ? fmt::format("'{}' is not a finite number", token.substr(0, 40))
+                     : fmt::format("number {} ('{}') is not a finite number", numbers.size() + 1, token.substr(0, 40)),
+          how};
     }
     numbers.push_back(*value);
     if (comma == std::string_view::npos) break;

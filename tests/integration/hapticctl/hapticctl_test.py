@@ -234,7 +234,7 @@ class WithDaemon(Case):
             self.assertEqual(self.json("set", "/objects/crate/pos", *words), [0.1, 0.2, -0.3], words)
         for words in (["0.1,,0.2"], ["1 2"], [" "]):
             self.run_ctl("set", "/objects/crate/pos", *words, exit_code=1)
-        self.assertIn("('50%')", self.run_ctl("set", "/objects/crate/stiffness", "50%", exit_code=1).stderr)
+        self.assertIn("stiffness: '50%' is not", self.run_ctl("set", "/objects/crate/stiffness", "50%", exit_code=1).stderr)
         self.json("set", "/objects/crate/pos", "0", "0.25", "0")
         self.assertEqual(self.json("get", "/objects/crate/pos"), [0, 0.25, 0])
         self.assertIn("/objects/nobody", self.run_ctl("get", "/objects/nobody/pos", exit_code=1).stderr)

@@ -65,6 +65,8 @@ TEST(Config, RangesAreNamed) {
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nmount_deg = [0, nan, 0]\n").what, "mount_deg = nan is out of range");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'wet'\n").what, "finger: 'wet' says nothing of a finger");
   EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'soft,arm=1'\n").remedy, "0 to 0.1 m");
+  EXPECT_EQ(refused("[[device]]\nuri = 'x'\nfinger = 'soft,arm=6mm'\n").what,
+            "finger: arm: '6mm' is not a finite number");
   EXPECT_EQ(refused("[sockets]\nmode = 0o7777\n").what, "mode = 0o7777 is not a set of file permissions");
   EXPECT_EQ(refused("[sockets]\nmode = 660\n").what, "mode = 660 is not a set of file permissions");
   EXPECT_EQ(toString(refused("[sockets]\nmode = 432\n")),
@@ -127,6 +129,8 @@ TEST(Config, PlacesOfValues) {
   EXPECT_EQ(placeInConfig("[motions]\n\n  folder = '/m'\n", "f", "motions", "folder"), "f:3:12");
   EXPECT_EQ(placeInConfig("[motions]\n", "f", "motions", "folder"), "f");
   EXPECT_EQ(placeInConfig("[mot", "f", "motions", "folder"), "f");
+  EXPECT_EQ(placeInConfig("[[group]]\n[[group]]\nname = 'b'\n", "f", "group", "name", 1), "f:3:8");
+  EXPECT_EQ(placeInConfig("[[group]]\n", "f", "group", "name", 1), "f");
 }
 
 TEST(Config, BadTomlIsRefusedWithItsPlace) {

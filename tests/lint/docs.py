@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""What the documentation names is there: links and their sections, files, tests, examples, and commands that the programs accept.
+"""What the documentation names is there: links and their sections, files, tests, examples, the client library's names, and
+commands that the programs accept.
 
 Usage: docs.py SOURCE [BUILD]. Without BUILD commands are not tried. Prints each breach and exits 1.
 """
@@ -52,6 +53,28 @@ def names(page, root, tests):
             named = quoted or slanted
             if named != "Suite.Test" and not fnmatch.filter(tests, named):
                 yield number, f"{named}: no such test"
+
+
+def library(root):
+    """All words of the client library's headers and of its Python."""
+    sources = [*(root / "libclient/include/hapticclient").iterdir(), *(root / "libclient/python/hapticclient").glob("*.py"),
+               *(root / "tools/haptic-bench/algorithm").glob("*.h")]
+    return set(re.findall(r"\w+", "".join(source.read_text(encoding="utf-8") for source in sources)))
+
+
+def code(page, known):
+    """Names of the client library that it does not have, and Python that is none."""
+    text = page.read_text(encoding="utf-8")
+    for number, line in enumerate(text.splitlines(), 1):
+        for name in re.findall(r"\b(haptic_\w+)(?=[(`])|\b(HAPTIC_[A-Z0-9_]*[A-Z0-9])\b|\bhaptic(?:::|\.)([A-Z]\w+)", line):
+            if not known.issuperset(filter(None, name)):
+                yield number, f"{''.join(name)}: the client library has no such name"
+    for block in re.finditer(r"^```python\n(.*?)^```", text, re.M | re.S):
+        first = text.count("\n", 0, block.start(1))
+        try:
+            compile(block[1], "block", "exec")
+        except SyntaxError as error:
+            yield first + error.lineno, f"is no Python: {error.msg}"
 
 
 def commands(page):
@@ -113,10 +136,11 @@ def breaches(root, build):
     pages = [root / "README.md", *sorted((root / "docs").glob("*.md")), *sorted((root / "examples").rglob("*.md")),
              *sorted((root / "docs/man").iterdir())]
     yield from examples(root)
+    known = library(root)
     with tempfile.TemporaryDirectory() as folder:
         for page in pages:
             where = page.relative_to(root)
-            for number, what in [*links(page), *names(page, root, tests)]:
+            for number, what in [*links(page), *names(page, root, tests), *code(page, known)]:
                 yield f"{where}:{number}: {what}"
             for number, piece, words, whole in commands(page) if build else []:
                 what = refused(words, build, pathlib.Path(folder)) if words else "is no line of a shell"

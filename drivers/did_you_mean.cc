@@ -6,6 +6,14 @@
 #include "rt/base/edit_distance.h"
 
 namespace hapticd {
+namespace {
+
+/** Not by chance: "friction" of "friction_static". */
+bool partOf(std::string_view word, std::string_view longer) {
+  return word.size() > 2 && longer.find(word) != std::string_view::npos;
+}
+
+}  // namespace
 
 std::string_view nearest(std::string_view word, const std::vector<std::string_view>& candidates) {
   std::string_view best;
@@ -13,7 +21,7 @@ std::string_view nearest(std::string_view word, const std::vector<std::string_vi
   for (const std::string_view candidate : candidates) {
     std::size_t edits = editDistance(word.substr(0, 64), candidate);
     if (edits >= candidate.size()) continue;
-    if (word.size() > 2 && candidate.find(word) != std::string_view::npos) edits = std::min<std::size_t>(edits, 3);
+    if (partOf(word, candidate)) edits = std::min<std::size_t>(edits, 3);
     if (edits < fewest) {
       fewest = edits;
       best = candidate;
@@ -27,7 +35,11 @@ std::string nearestNames(std::string_view wanted, std::vector<std::string> names
   if (names.size() > most) {
     std::vector<std::pair<std::size_t, std::string>> ranked;
     ranked.reserve(names.size());
-    for (auto& name : names) ranked.emplace_back(editDistance(wanted, name), std::move(name));
+    for (auto& name : names) {
+      std::size_t edits = editDistance(wanted, name);
+      if (partOf(wanted, name) || partOf(name, wanted)) edits = std::min<std::size_t>(edits, 3);
+      ranked.emplace_back(edits, std::move(name));
+    }
     std::sort(ranked.begin(), ranked.end());
     names.clear();
     for (std::size_t i = 0; i < most; ++i) names.push_back(std::move(ranked[i].second));

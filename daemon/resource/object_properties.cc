@@ -15,26 +15,36 @@ namespace {
 
 using Json = nlohmann::json;
 
+constexpr const char* kPlace = "x,y,z in metres: 0,0,0.02";
+
+/** Who gives others is told `how` they are written. */
+Result<std::vector<double>> numbersOf(std::string_view value, std::size_t count, const std::string& where,
+                                      const char* how) {
+  auto n = parseNumbers(value, count, where);
+  if (!n) return Error{n.error().code, where, n.error().what, how};
+  return n;
+}
+
 Result<Pose> parsePose(std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 7, where);
+  auto n = numbersOf(value, 7, where, "x,y,z in metres, then w,x,y,z of a quaternion: 0,0,0.02,1,0,0,0");
   if (!n) return n.error();
   return Pose{{(*n)[0], (*n)[1], (*n)[2]}, Quat((*n)[3], (*n)[4], (*n)[5], (*n)[6])};
 }
 
-Result<Vec3> parseVec3(std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 3, where);
+Result<Vec3> parseVec3(std::string_view value, const std::string& where, const char* how) {
+  auto n = numbersOf(value, 3, where, how);
   if (!n) return n.error();
   return Vec3((*n)[0], (*n)[1], (*n)[2]);
 }
 
 Result<void> setPos(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto p = parseVec3(value, where);
+  auto p = parseVec3(value, where, kPlace);
   if (!p) return p.error();
   return core.scene().setPose(object.spec.name, {*p, object.spec.X_PO.q});
 }
 
 Result<void> setRot(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 4, where);
+  auto n = numbersOf(value, 4, where, "w,x,y,z of a quaternion: 0.966,0,0,0.259 turns by 30 degrees about z");
   if (!n) return n.error();
   return core.scene().setPose(object.spec.name, {object.spec.X_PO.p, Quat((*n)[0], (*n)[1], (*n)[2], (*n)[3])});
 }
@@ -46,20 +56,20 @@ Result<void> setPose(Core& core, const ObjectNow& object, std::string_view value
 }
 
 Result<void> setWorldPos(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto p = parseVec3(value, where);
+  auto p = parseVec3(value, where, kPlace);
   if (!p) return p.error();
   const Pose X_PW = core.scene().worldPose(object.spec.parent).inverse();
   return core.scene().setPose(object.spec.name, {X_PW * *p, object.spec.X_PO.q});
 }
 
 Result<void> setVelocity(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto v = parseVec3(value, where);
+  auto v = parseVec3(value, where, "x,y,z in metres a second: 0.05,0,0");
   if (!v) return v.error();
   return core.scene().setVelocity(object.spec.name, {*v, object.V_PO.w});
 }
 
 Result<void> setMaterial(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
-  auto n = parseNumbers(value, 4, where);
+  auto n = numbersOf(value, 4, where, "N/m, N s/m, static and dynamic friction: 800,1,0.4,0.3");
   if (!n) return n.error();
   return core.scene().setMaterial(object.spec.name, {(*n)[0], (*n)[1], (*n)[2], (*n)[3]});
 }
@@ -92,19 +102,19 @@ constexpr ObjectProperty numberOf(const char* name, const char* doc) {
 
 template <auto kTexture>
 constexpr ObjectProperty textureOf(const char* name) {
-  return {name, "number of a texture, 0 for none",
-          [](const ObjectNow& o, Core&) { return Json(o.spec.surface.*kTexture); },
-          [](Core& core, const ObjectNow& object, std::string_view value, const std::string& where) -> Result<void> {
-            auto n = parseNumbers(value, 1, where);
-            if (!n) return n.error();
-            const double id = n->front();
-            if (!(id >= 0 && id < 0x1p53 && id == std::floor(id))) {
-              return Error{ErrorCode::kInvalidArgument, where, "it is not the number of a texture", "0 for none"};
-            }
-            SurfaceSpec surface = object.spec.surface;
-            surface.*kTexture = static_cast<std::uint64_t>(id);
-            return change(core, object, surface);
-          }};
+  return {
+      name, "number of a texture, 0 for none", [](const ObjectNow& o, Core&) { return Json(o.spec.surface.*kTexture); },
+      [](Core& core, const ObjectNow& object, std::string_view value, const std::string& where) -> Result<void> {
+        constexpr const char* kHow = "a number that /textures has, 0 for none; hapticctl load-texture lays a file on";
+        auto n = numbersOf(value, 1, where, kHow);
+        if (!n) return n.error();
+        const double id = n->front();
+        if (!(id >= 0 && id < 0x1p53 && id == std::floor(id)))
+          return Error{ErrorCode::kInvalidArgument, where, "it is not the number of a texture", kHow};
+        SurfaceSpec surface = object.spec.surface;
+        surface.*kTexture = static_cast<std::uint64_t>(id);
+        return change(core, object, surface);
+      }};
 }
 
 template <auto kFlag>
@@ -139,10 +149,10 @@ Result<std::vector<Vec3>> parsePath(std::string_view value, const std::string& w
   if (value.empty() || value == "none") return path;
   const auto numbers = static_cast<std::size_t>(std::count(value.begin(), value.end(), ',')) + 1;
   if (numbers % 3 != 0 || numbers > std::size_t{3} * kMaxPathPoints) {
-    return Error{
-        ErrorCode::kInvalidArgument, where,
-        fmt::format("{} number{} no 2 to {} points", numbers, numbers == 1 ? " makes" : "s make", kMaxPathPoints),
-        "x,y,z of one after the other [m]; none takes the path away"};
+    return Error{ErrorCode::kInvalidArgument, where,
+                 fmt::format("{} number{} not three for each of 2 to {} points", numbers,
+                             numbers == 1 ? " is" : "s are", kMaxPathPoints),
+                 "x,y,z of one after the other [m]; none takes the path away"};
   }
   auto n = parseNumbers(value, numbers, where);
   if (!n) return n.error();

@@ -235,6 +235,13 @@ class WithDaemon(Case):
         for words in (["0.1,,0.2"], ["1 2"], [" "]):
             self.run_ctl("set", "/objects/crate/pos", *words, exit_code=1)
         self.assertIn("stiffness: '50%' is not", self.run_ctl("set", "/objects/crate/stiffness", "50%", exit_code=1).stderr)
+        for name, value, how in (("pos", "20mm,0,0", "x,y,z in metres"), ("rot", "0,0,30", "w,x,y,z of a quaternion"),
+                                 ("pose", "0,0,0", "then w,x,y,z of a quaternion"), ("velocity", "1", "metres a second"),
+                                 ("material", "800", "N/m, N s/m, static and dynamic friction"),
+                                 ("relief", "weave.png", "hapticctl load-texture"),
+                                 ("effect", "guide,path=0,0", "2 numbers are not three for each of 2 to 32 points"),
+                                 ("friction", "0.3", "there is friction_dynamic, friction_static, ")):
+            self.assertIn(how, self.run_ctl("set", f"/objects/crate/{name}", value, exit_code=1).stderr)
         self.json("set", "/objects/crate/pos", "0", "0.25", "0")
         self.assertEqual(self.json("get", "/objects/crate/pos"), [0, 0.25, 0])
         self.assertIn("/objects/nobody", self.run_ctl("get", "/objects/nobody/pos", exit_code=1).stderr)

@@ -260,6 +260,9 @@ TEST_F(SceneModelTest, UnknownNamesSuggestTheNearest) {
   EXPECT_EQ(r.error().code, ErrorCode::kNotFound);
   EXPECT_NE(r.error().remedy.find("motor"), std::string::npos);
   EXPECT_EQ(nearestNames("pos", {"rot", "pose", "zzzz", "possible", "pox", "a", "b"}, 2), "pose, pox");
+  EXPECT_EQ(nearestNames("friction", {"vibration", "motion", "falls", "friction_static", "friction_dynamic"}, 2),
+            "friction_dynamic, friction_static");
+  EXPECT_EQ(nearestNames("clutch_button", {"buttons", "contact", "counts", "clutch", "battery"}, 1), "clutch");
 }
 
 }  // namespace

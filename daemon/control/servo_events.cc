@@ -144,7 +144,7 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
       return;
     case ServoEventKind::kOverrun:
       if (overrun_log_.allow(clock_.now(), suppressed)) {
-        log::warn("{}: missed {} periods{}", name, e.value, log::suppressedNote(suppressed));
+        log::warn("{}: missed {} period{}{}", name, e.value, e.value == 1 ? "" : "s", log::suppressedNote(suppressed));
       }
       break;
     default:

@@ -340,7 +340,8 @@ Result<std::vector<std::string>> DeviceManager::close(OpenDevice& device) {
   GroupLink* link = device.link;
   for (const auto& other : devices_) {
     if (other->link == link && other->sessions != 0) {
-      return Error{ErrorCode::kDeviceBusy, other->name, fmt::format("{} sessions use it", other->sessions),
+      return Error{ErrorCode::kDeviceBusy, other->name,
+                   other->sessions == 1 ? "a session uses it" : fmt::format("{} sessions use it", other->sessions),
                    "end them first; hapticctl status lists them"};
     }
   }

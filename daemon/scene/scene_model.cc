@@ -36,7 +36,7 @@ Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
   if (auto r = checkSurface(spec.surface, textures_, "object.surface"); !r) return r.error();
   if (countOf(by.uid) >= quota_) {
     return Error{ErrorCode::kQuotaExceeded, "object",
-                 fmt::format("user {} owns {} objects, the most allowed", by.uid, quota_),
+                 fmt::format("user {} owns {} object{}, the most allowed", by.uid, quota_, quota_ == 1 ? "" : "s"),
                  "remove some, or raise quotas.objects in the configuration"};
   }
   if (auto r = accepting(); !r) return r.error();

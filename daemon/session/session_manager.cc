@@ -27,7 +27,8 @@ SessionManager::~SessionManager() = default;
 Result<Session*> SessionManager::open(OpenDevice& device, const Client& client, std::int64_t now_ns) {
   if (countOf(client.uid) >= options_.per_user) {
     return Error{ErrorCode::kQuotaExceeded, "session",
-                 fmt::format("user {} has {} sessions, the most allowed", client.uid, options_.per_user),
+                 fmt::format("user {} has {} session{}, the most allowed", client.uid, options_.per_user,
+                             options_.per_user == 1 ? "" : "s"),
                  "end one, or raise quotas.sessions in the configuration"};
   }
   if (hooks_.quota) {

@@ -59,7 +59,7 @@ void line(const haptic_event& e, std::int64_t start_ns) {
       if (e.text[0] == '\0') add(faultName(e.value));  // Else its text says it in words.
       break;
     case HAPTIC_EVENT_OVERRUN:
-      add(fmt::format("{} periods missed", e.value));
+      add(fmt::format("{} period{} missed", e.value, e.value == 1 ? "" : "s"));
       break;
     case HAPTIC_EVENT_MODEL_EXPIRED:
       add(fmt::format("slot {}", e.value));

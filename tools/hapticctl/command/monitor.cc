@@ -228,8 +228,8 @@ int run(const MonitorOptions& options, const Globals& globals) {
     interrupt.wait(std::chrono::milliseconds(20));
   }
   if (monitor.lost() != 0) {
-    note(fmt::format("hapticctl: {} samples lost (the history holds 1024; write to a file or take a lower --rate)",
-                     monitor.lost()));
+    note(fmt::format("hapticctl: {} sample{} lost (the history holds 1024; write to a file or take a lower --rate)",
+                     monitor.lost(), monitor.lost() == 1 ? "" : "s"));
   }
   if (form == Form::kCsv && stdoutIsTerminal()) note(fmt::format("{} samples", monitor.written()));
   return kExitOk;

@@ -223,9 +223,17 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // It would draw bones where no mesh is.
   const aiScene* scene = nullptr;
   std::string error;
+  const std::string remedy = fmt::format(
+      "is it whole, and does the ending of its name fit? {} reads STL, OBJ, PLY, X3D, 3DS, glTF and the "
+      "other formats of assimp",
+      program);
   if (deforms) requirePlainGltf(bytesOf(path));
-  if (endsWith(path, ".amf")) requireNotTurned(path);
-  if (endsWith(path, ".dae") || endsWith(path, ".zae")) requirePlainCollada(bytesOf(path));
+  // By such a name assimp would look for a format that it takes for itself, past what is asked of that here.
+  if (!importer.IsExtensionSupported(std::filesystem::path(path).extension().string()))
+    throw MeshError("has a name whose ending says no format", remedy);
+  const bool xml = endsWith(path, ".xml");  // COLLADA and AMF are found in it as well.
+  if (xml || endsWith(path, ".amf")) requireNotTurned(path);
+  if (xml || endsWith(path, ".dae") || endsWith(path, ".zae")) requirePlainCollada(bytesOf(path));
   if (endsWith(path, ".dxf")) requirePlainInserts(bytesOf(path));
   if (endsWith(path, ".3mf")) requireModelsOnly(bytesOf(path));
   const LostFaces lost;
@@ -240,9 +248,7 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   }
   if (scene == nullptr || scene->mRootNode == nullptr) {
     if (error.find("bad_alloc") != error.npos) throw std::bad_alloc();  // As assimp hands it on, or what() has it.
-    throw MeshError(error.empty() ? "holds no scene" : error,
-                    "is it whole, and does the ending of its name fit? " +
-                        fmt::format("{} reads STL, OBJ, PLY, X3D, 3DS, glTF and the other formats of assimp", program));
+    throw MeshError(error.empty() ? "holds no scene" : error, remedy);
   }
   if (lost.any()) refuse("has a face whose vertex is not there");
   gatherer.node(*scene, *scene->mRootNode, deforms);

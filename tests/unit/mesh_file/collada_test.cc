@@ -69,8 +69,21 @@ TEST_F(ReadMeshTest, AColladaThatWouldBeAnotherShapeIsRefused) {
 
 // It was read unseen.
 TEST_F(ReadMeshTest, AColladaThatIsPackedIsRefused) {
-  for (const char* name : {"a.zae", "a.ZAE", "a.dae"})
+  for (const char* name : {"a.zae", "a.ZAE", "a.dae", "a.xml"})
     EXPECT_EQ(refusal(file(name, "PK\3\4")), "is a packed COLLADA file, which is not read");
+}
+
+// assimp looks into it for the format.
+TEST_F(ReadMeshTest, AColladaByAnotherNameIsRefusedAlike) {
+  const std::string skewed = collada(node("<skew>45 0 1 0 1 0 0</skew>" + std::string(kShown)));
+  EXPECT_EQ(refusal(file("a.xml", skewed)), "places its parts by <skew>, which is not read");
+  EXPECT_EQ(refusal(file("a.xml", collada(node(kShown)))), "not refused");
+  EXPECT_EQ(refusal(file("b.xml",
+                         "<amf unit='millimeter'><constellation id='1'><instance objectid='0'><rx>90</rx>"
+                         "</instance></constellation></amf>")),
+            "turns its parts (rx), which is not read");
+  for (const char* name : {"a", "a.zip", "a.dae.old"})
+    EXPECT_EQ(refusal(file(name, collada(node(kShown)))), "has a name whose ending says no format") << name;
 }
 
 // The matrix was passed over.

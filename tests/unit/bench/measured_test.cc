@@ -13,6 +13,7 @@
 #include "tests/support/process/temporary_directory.h"
 #include "tests/support/seeds.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/measured/guesses.h"
 #include "tools/haptic-bench/measured/synthetic.h"
 #include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/trajectory/geodesic.h"
@@ -202,6 +203,25 @@ TEST(Measured, AFirstGuessThatLeadsAstrayIsLeft) {
   const Measured measured = onSurface(r, options(), m);
   EXPECT_FALSE(measured.registration.guess_lost);
   EXPECT_EQ(measured.registration.as_near, 0);
+}
+
+TEST(Measured, PointsThatLieOnNothingOfTheMeshSettleOrAreRefused) {
+  const Model m = sphere(0.05, 6);
+  const Eigen::AlignedBox3d box(Vec3::Constant(-0.05), Vec3::Constant(0.05));
+  std::mt19937 random(hapticd::seedOf(1));
+  std::normal_distribution<double> anywhere(0, 0.03);
+  int refused = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::vector<Vec3> points(40);
+    for (Vec3& p : points) p = {anywhere(random), anywhere(random), anywhere(random)};
+    try {
+      EXPECT_TRUE(registerFromSeveral(TreeNearest(m), box, points, 0, {}).settled);
+    } catch (const Failure& failure) {
+      EXPECT_THAT(failure.what(), HasSubstr("registration: it does not settle; the points are 0.0"));
+      ++refused;
+    }
+  }
+  EXPECT_GE(refused, 1);
 }
 
 TEST(Measured, OfPlacesThatAreAlikeTheFirstGuessIsKept) {

@@ -8,7 +8,7 @@
 
 #include "proto/shm_layout.h"
 #include "tools/haptic-bench/failure.h"
-#include "tools/haptic-bench/model/nearest.h"
+#include "tools/haptic-bench/model/tree_nearest.h"
 #include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
@@ -55,16 +55,14 @@ Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vec
                    const Surface& surface) {
   const Vectors n = findVectors(table, "n{0}", false), f = findVectors(table, "f{0}", false);
   const Table::Column fn = f ? table.find("fn") : table.need("fn");
-  const NearestPoint nearest(model);
-  // Some of them tell: each tries every triangle.
-  constexpr std::size_t kProbes = 100;
+  const TreeNearest nearest(model);
   double squares = 0;
-  for (std::size_t k = 0; k < kProbes; ++k) {
-    const double off = nearest.find(p[k * table.rows() / kProbes]).distance;
-    squares += off * off / kProbes;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const double off = nearest.find(p[i]).distance;
+    squares += off * off;
   }
   requireNear(
-      model, std::sqrt(squares), table.where() + ": its positions",
+      model, std::sqrt(squares / static_cast<double>(table.rows())), table.where() + ": its positions",
       "in the model's frame and metres: see the columns' units, scale of the model, and its x, y, z, turn_x ...");
   std::vector<SurfaceSample> out;
   for (std::size_t i = 0; i < table.rows(); ++i) {

@@ -43,6 +43,16 @@ Vec3 clampStrictly(const Vec3& x, double limit) HD_RT {
 /** Radius of the ball that forces are kept in: a few grid steps inside the limit, so that rounding never leaves it. */
 double radiusOf(double limit) HD_RT { return std::max(0.0, std::min(limit, kLargest) - 4 * kGrid); }
 
+/**
+ * How far what is sent may go on the way to what shall be sent though the slew limit is slower: by as much of itself in
+ * each tick as goes in Guard::kFall_s, and as long as it only becomes smaller, which it does up to the point of the way
+ * that is nearest to zero.
+ */
+double falls(const Vec3& from, const Vec3& way, double dt) HD_RT {
+  const double toward = -from.dot(way);
+  return toward > 0 ? std::min(toward / way.norm(), from.norm() * std::min(1.0, dt / Guard::kFall_s)) : 0.0;
+}
+
 bool finite(const Twist& x) HD_RT { return isFinite(x.v) && isFinite(x.w); }
 
 /** Causes that latch even while disarmed: they say that something is broken. The others are daily life there. */
@@ -249,7 +259,8 @@ Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Se
 Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
   const GuardLimits& limits = config_.limits;
   const auto step = [dt](const Vec3& from, const Vec3& to, double rate) {
-    return Vec3(from + toGrid(clampStrictly(to - from, rate * dt)));
+    const Vec3 way = to - from;
+    return Vec3(from + toGrid(clampStrictly(way, std::max(rate * dt, falls(from, way, dt)))));
   };
   Sent out;
   // A lowered limit, that of warm motors too, clamps the present force at once; the slew limit applies from there.
@@ -258,8 +269,9 @@ Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
   out.torque = step(toGrid(clampStrictly(last_.torque, radiusOf(limits.torque))), target.torque, limits.torque_slew);
   const double grip = radiusOf(limits.gripper_force);
   const double from = std::clamp(last_.gripper, -grip, grip);
-  const double by = limits.force_slew * dt;
-  out.gripper = from + std::clamp(target.gripper - from, -by, by);
+  const double way = target.gripper - from;
+  const double by = std::max(limits.force_slew * dt, falls(Vec3(from, 0, 0), Vec3(way, 0, 0), dt));
+  out.gripper = from + std::clamp(way, -by, by);
   return out;
 }
 

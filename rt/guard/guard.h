@@ -77,12 +77,16 @@ struct GuardOutput {
 
 /**
  * One device's guard. Servo thread only; hand-stepped in tests. Whatever enters: |force| <= limits.force and so on, and
- * |change| <= slew dt but for the three falls of docs/safety.md (fault, lowered limit, end of lowering).
+ * |change| <= slew dt but for the falls of docs/safety.md (fault, lowered limit, end of lowering, a slew limit so slow
+ * that the force would hang).
  */
 class Guard {
  public:
   /** Disarming takes at most this long: what the slew limit has not lowered by then goes to zero at once. */
   static constexpr double kLower_s = 1.0;
+  /** However slow the slew limit, what only becomes smaller does so at least as fast as by its own size in this time.
+   */
+  static constexpr double kFall_s = 0.25;
   /** Bodies that clients move by steps, at their own rate, are charged for the average over this time. */
   static constexpr double kCarried_s = 50e-3;
 

@@ -134,6 +134,14 @@ struct Adversary {
 
 Vec3 inside(const Vec3& x, double limit) { return x.norm() > limit ? Vec3(x * (limit / x.norm())) : x; }
 
+/** By the slew; by more only what becomes smaller, by as much of itself as goes in kFall_s. */
+void expectChange(const Vec3& from, const Vec3& to, double slew) {
+  const double change = (to - from).norm();
+  if (change <= slew) return;
+  ASSERT_LT(to.norm(), from.norm()) << "more than the slew, and not smaller";
+  ASSERT_LE(change, from.norm() * kDt / Guard::kFall_s * (1 + 1e-9) + 1e-11);
+}
+
 /** A guard in an adversary's hands, with what it must keep from one tick to the next. */
 class Duel {
  public:
@@ -216,8 +224,10 @@ class Duel {
     const double share = lowered ? 1 + 1e-9 : 1, rounding = lowered ? 1e-11 : 0;
     const Vec3 from_f = lowered ? inside(last_.force, limits.force) : last_.force;
     const Vec3 from_t = lowered ? inside(last_.torque, limits.torque) : last_.torque;
-    ASSERT_LE((now.force - from_f).norm(), limits.force_slew * kDt * share + rounding);
-    ASSERT_LE((now.torque - from_t).norm(), limits.torque_slew * kDt * share + rounding);
+    expectChange(from_f, now.force, limits.force_slew * kDt * share + rounding);
+    expectChange(from_t, now.torque, limits.torque_slew * kDt * share + rounding);
+    const Vec3 grip = inside(Vec3(last_.gripper_force, 0, 0), limits.gripper_force);
+    expectChange(grip, Vec3(now.gripper_force, 0, 0), limits.force_slew * kDt + 1e-11);
   }
   void expectOwners() {
     Vec3 sum = Vec3::Zero();

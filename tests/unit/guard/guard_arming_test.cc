@@ -1,6 +1,8 @@
 // Off until armed, and how force comes and goes.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "rt/guard/guard.h"
 #include "tests/unit/guard/guard_rig.h"
 
@@ -15,7 +17,7 @@ struct Pushing : GuardRig {
     step(50);
     EXPECT_NEAR(out.command.force.x(), 5, 1e-9);
   }
-  /** With a slew that lowers nothing. */
+  /** With a slew limit that by itself lets nothing fall. */
   void disarmWithoutSlew() {
     GuardLimits limits = guard.limits();
     limits.force_slew = 0;
@@ -80,8 +82,10 @@ TEST(GuardArming, DisarmLowersAtTheSlewLimitThenOff) {
 TEST(GuardArming, DisarmEndsInOneSecondEvenWithoutSlew) {
   Pushing rig;
   rig.disarmWithoutSlew();
-  rig.step(990);
-  EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  rig.step(250);
+  EXPECT_NEAR(rig.out.command.force.x(), 5 / std::exp(1), 0.01);
+  rig.step(740);
+  EXPECT_GT(rig.out.command.force.x(), 0.09);
   rig.step(11);
   EXPECT_TRUE(rig.out.command.force.isZero(0));
   EXPECT_FALSE(rig.guard.armed());
@@ -105,7 +109,7 @@ TEST(GuardArming, ArmedAgainWhileItLowersItStillEndsInThatSecond) {
   rig.step(500);
   ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
   rig.step(490);
-  EXPECT_NEAR(rig.out.command.force.x(), 5, 1e-9);
+  EXPECT_GT(rig.out.command.force.x(), 0.09);
   rig.guard.disarm();
   rig.step(11);
   EXPECT_TRUE(rig.out.command.force.isZero(0));
@@ -225,7 +229,7 @@ TEST(GuardArming, TheRampWaitsForATorqueAndAGripperThatAreBeingLowered) {
     const auto sent = [&] { return rig.out.command.torque.norm() + rig.out.command.gripper_force; };
     for (int i = 0; i < 990; ++i) {
       ASSERT_TRUE(rig.step().flags & HD_SAMPLE_WAITING) << grips << " " << i;
-      ASSERT_GT(sent(), 0.1);
+      ASSERT_GT(sent(), 0.003);
     }
     rig.step(20);
     EXPECT_EQ(sent(), 0);

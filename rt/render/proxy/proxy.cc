@@ -417,19 +417,20 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   const Press press = pressOf(step, *surface, on ? on->feature : HD_NO_INDEX, active, up, contact.point, &contact);
   contact.normal = contact.smooth = press.normal;
   contact.velocity = press.velocity;
-  contact.apart = press.apart;
+  contact.at_hip = press.at_hip;
   contact.stiffness = press.stiffness;
   contact.damping_gain = press.damping;
   contact.pull = support.at - step.goal + press.turned;
   contact.stored = 0.5 * (press.stiffness * contact.pull.squaredNorm() +
                           (press.stored - press.stiffness) * contact.depth * contact.depth);
   const double elastic = press.stiffness * contact.pull.dot(contact.normal);
-  const double approach = contact.normal.dot(contact.velocity - v_W);
+  const double approach = contact.normal.dot(contact.at_hip - v_W);
   contact.damping = std::max(press.damping * approach, -elastic);
   contact.force = press.stiffness * contact.pull + contact.damping * contact.normal;
   // Damping takes all of it, and friction with it: then what rounding leaves must not tell a direction.
   if (contact.damping <= -elastic && (support.at - support.foot).norm() <= kAt * kSkin * step.scale)
     contact.force.setZero();
+  contact.apart = press.apart + contact.force.cwiseProduct(contact.at_hip - contact.velocity);
   contact.object = object;
   contact.touch = !before;
   noteRest(step, active);

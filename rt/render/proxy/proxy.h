@@ -47,7 +47,8 @@ struct SurfaceContact {
   /** Outward, unit; zero in free space. Where objects of different stiffness hold the proxy, turned to the stiffer. */
   Vec3 normal = Vec3::Zero();
   Vec3 smooth = Vec3::Zero();    ///< The same of the surface that a shaded mesh stands for (Shading); else `normal`.
-  Vec3 velocity = Vec3::Zero();  ///< Of the surface at `point` [m/s].
+  Vec3 velocity = Vec3::Zero();  ///< Of the surface at `point` [m/s],
+  Vec3 at_hip = Vec3::Zero();    ///< and of what is fixed to it where the hip is: a hand that goes so rests on it.
   double depth = 0;              ///< Of the hip below where the proxy may be, along the normal [m].
   double stiffness = 0;          ///< Of all that holds the proxy: the elastic force is that times `pull` [N/m].
   Vec3 pull = Vec3::Zero();      ///< Depth * normal, and across it what friction keeps back [m].
@@ -55,8 +56,9 @@ struct SurfaceContact {
   double damping = 0;            ///< Part of the force that the material's damping makes, along the normal [N].
   double damping_gain = 0;       ///< By which it is made [N s/m].
   Friction friction;             ///< Of all that holds the proxy.
-  Vec3 apart = Vec3::Zero();     ///< What objects that move apart give the hand beyond force * velocity, by axis [W].
-  std::uint32_t object = 0;      ///< Id of the object in contact, 0 for none: of several, that which it touched first.
+  /** What what moves gives the hand beyond force * velocity, by axis: by turning, and of several objects apart [W]. */
+  Vec3 apart = Vec3::Zero();
+  std::uint32_t object = 0;  ///< Id of the object in contact, 0 for none: of several, that which it touched first.
   std::array<ContactPart, kMaxHolding> part;
   std::uint32_t parts = 0;  ///< Surfaces of several objects that hold the proxy; 0 where one object does.
   bool slip = false;
@@ -213,7 +215,8 @@ class ProxyRenderer {
     double stored = 0;           ///< Twice the energy in its springs for the square of one [N/m].
     double damping = 0;          ///< [N s/m].
     Vec3 velocity = Vec3::Zero();
-    Vec3 apart = Vec3::Zero();  ///< As in SurfaceContact.
+    Vec3 at_hip = Vec3::Zero();
+    Vec3 apart = Vec3::Zero();  ///< As in SurfaceContact, but for what one object gives.
   };
   /** A place of the surface that is nearer to the hip than the one that holds the proxy. In W. */
   struct Nearer {

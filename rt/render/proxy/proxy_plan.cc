@@ -289,10 +289,10 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
       // What damping leaves of the elastic force where the surface goes away from the hand: the cone is that of the
       // rest.
       const Press press = pressOf(step, surface, first.feature, active, on_surface - step.goal, at);
-      const double approach = std::min(0.0, press.normal.dot(press.velocity - step.v_W));
+      const double approach = std::min(0.0, press.normal.dot(press.at_hip - step.v_W));
       if (press.damping > 0) {
         left = std::max(0.0, 1 + press.damping * approach / (press.stiffness * d));
-        eased = press.damping / press.stiffness * (step.v_W - press.velocity);
+        eased = press.damping / press.stiffness * (step.v_W - press.at_hip);
       }
     }
     if (load_.moment > 0) shareFriction(step, surface.material.stiffness, r, left * d, friction);

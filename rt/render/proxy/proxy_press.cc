@@ -94,6 +94,8 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
   all.stiffness = all.stored = object.material.stiffness;
   all.damping = object.material.damping;
   all.velocity = step.scene->velocityAt(object, feature, x);
+  const Vec3 out = step.goal - x;
+  all.at_hip = all.velocity + object.V_WO.w.cross(out);
   if (!step.isHeldBySeveral(active)) [[likely]]
     return all;
 
@@ -102,7 +104,7 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
   Pressing part[kMaxPressing];
   Vec3 velocity[kMaxPressing];
   double pushes = 0, damping = 0;
-  Vec3 mean = Vec3::Zero();
+  Vec3 mean = Vec3::Zero(), mean_at_hip = mean, at_hip[kMaxPressing];
   bool alike = true;
   for (int i = 0; i < count; ++i) {
     const SceneObject& other = *step.scene->find(held[i].object);
@@ -110,9 +112,11 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
     velocity[i] = step.scene->velocityAt(other, held[i].feature, x);
     pushes += held[i].push;
     damping += held[i].push * other.material.damping;
+    at_hip[i] = velocity[i] + other.V_WO.w.cross(out);
     mean += held[i].push * velocity[i];
+    mean_at_hip += held[i].push * at_hip[i];
     alike = alike && part[i].stiffness == all.stiffness && other.material.damping == all.damping &&
-            velocity[i] == all.velocity;
+            velocity[i] == all.velocity && at_hip[i] == all.at_hip;
   }
   if (count < 2 || !(pushes > 0)) return all;
   const Vec3 force = press({part, static_cast<std::size_t>(count)}, up);
@@ -130,7 +134,8 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
   all.stored = force.dot(up) / (depth * depth);
   all.damping = damping / pushes;
   all.velocity = mean / pushes;
-  for (int i = 0; i < count; ++i) all.apart += newtons[i] * held[i].normal.cwiseProduct(velocity[i] - all.velocity);
+  all.at_hip = mean_at_hip / pushes;
+  for (int i = 0; i < count; ++i) all.apart += newtons[i] * held[i].normal.cwiseProduct(at_hip[i] - all.at_hip);
   return all;
 }
 

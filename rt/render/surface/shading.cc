@@ -129,9 +129,11 @@ void Shading::step(const Scene& scene, std::span<const HoldingSurface> holding, 
     reset();
   }
   const Vec3 felt = contact.stiffness * spring.norm() / along.norm() * along;
-  const double approach = smooth.dot(contact.velocity - v_W);
+  const double approach = smooth.dot(contact.at_hip - v_W);
   contact.damping = std::max(contact.damping_gain * approach, -felt.dot(smooth));
-  contact.force = felt + contact.damping * smooth;
+  const Vec3 force = felt + contact.damping * smooth;
+  contact.apart += (force - contact.force).cwiseProduct(contact.at_hip - contact.velocity);
+  contact.force = force;
 }
 
 }  // namespace hapticd

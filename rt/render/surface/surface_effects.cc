@@ -16,7 +16,7 @@ struct Pressed {
   double stiffness = 0;  ///< [N/m].
   double depth = 0;      ///< Of the hand, as deep as it presses with that [m].
   Vec3 foot;             ///< Of the hand on it: with friction the proxy stays behind; the relief does not.
-  Vec3 velocity;         ///< There; of a mesh whose vertices move not that of its frame, in which the relief lies.
+  Vec3 velocity;         ///< Where the hand is; where vertices move not that of the frame, in which the relief lies.
 };
 
 /**
@@ -52,9 +52,8 @@ double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceC
   const double radius = (contact.proxy - contact.point).norm();  // A ball touches that far below its centre.
   if (contact.parts == 0) {
     const Vec3 foot = hip + (contact.depth - radius) * contact.smooth;
-    const double left =
-        addRelief({&touched, contact.smooth, contact.force, contact.stiffness, contact.depth, foot, contact.velocity},
-                  hip, forces);
+    const double left = addRelief(
+        {&touched, contact.smooth, contact.force, contact.stiffness, contact.depth, foot, contact.at_hip}, hip, forces);
     forces.stored = square(left / contact.depth) * contact.stored;
     return contact.stiffness * left;
   }
@@ -73,9 +72,10 @@ double addReliefs(const Scene& scene, const SceneObject& touched, const SurfaceC
     const auto held = std::ranges::find(holding, part.object, &HoldingSurface::object);
     const Vec3 velocity =
         held != holding.end() ? scene.velocityAt(*object, held->feature, part.point) : object->velocityAt(part.point);
+    const Vec3 at_hip = velocity + object->V_WO.w.cross(hip - part.point);
     const double depth = newtons / stiffness;
     const double left =
-        addRelief({object, n, part.force + part.share * rest, stiffness, depth, foot, velocity}, hip, forces);
+        addRelief({object, n, part.force + part.share * rest, stiffness, depth, foot, at_hip}, hip, forces);
     stored += stiffness * square(left);
     without += stiffness * square(depth);
     if (object == &touched) load += stiffness * left;
@@ -125,9 +125,7 @@ SurfaceForces SurfaceEffects::step(const Scene& scene, const SurfaceContact& con
   forces.stored = contact.stored;
   const SceneObject* object = scene.find(contact.object);
   const Surface* surface = object && contact.depth > 0 ? &object->surface : nullptr;
-  // Of the proxy: the hand below it moves otherwise where it goes along with what turns.
-  const Vec3 slide =
-      surface ? Vec3(v - contact.velocity - object->V_WO.w.cross(hip - contact.proxy)) : Vec3(Vec3::Zero());
+  const Vec3 slide = surface ? Vec3(v - contact.at_hip) : Vec3(Vec3::Zero());
 
   // What the surface touched presses with.
   const double normal_force = surface ? addReliefs(scene, *object, contact, holding, hip, forces) : 0;

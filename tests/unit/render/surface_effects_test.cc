@@ -367,13 +367,14 @@ TEST(SurfaceEffects, WhoTurnsAlongDoesNotSlide) {
   SurfaceParameters s{};
   s.vibration = 1;
   s.vibration_mass = 0.05;
-  for (const double slides : {0.0, 0.04}) {
+  for (const auto& [slides, radius] : {std::pair{0.0, 0.0}, {0.04, 0.0}, {0.0, 1e-3}}) {
     Touch t(s, &texture.view);
+    t.scene.proxy.setRadius(radius);
     const Twist V{Vec3::Zero(), Vec3(3, -20, 0)};
     double most = 0;
     for (int i = -10; i < 300; ++i) {
       const Pose X{Vec3::Zero(), Quat(Eigen::AngleAxisd(i * test::kTick * V.w.norm(), V.w.normalized()))};
-      const Vec3 hip = X * Vec3(0.01 + slides * test::kTick * i, 0.002, i < 0 ? 0.001 : -0.002);
+      const Vec3 hip = X * Vec3(0.01 + slides * test::kTick * i, 0.002, i < 0 ? 0.002 : -0.002);
       t.scene.pose(t.plane, X, V);
       t.at(hip, V.w.cross(hip) + X.q * Vec3(slides, 0, 0));
       most = std::max(most, t.forces.vibration.norm());

@@ -81,18 +81,19 @@ Vec3 withinEdge(const Shape& shape, const Vec3& x, const Vec3& along, double tim
 
 }  // namespace
 
-bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT {
+bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n, double turn) HD_RT {
+  const double aside = kAside + std::sin(turn), along = kAlong + std::sin(turn);
   if (shape.kind == ShapeKind::kCylinder) {
     const double radius = x.head<2>().norm(), across = n.head<2>().norm();
     const bool end = shape.size.y() - std::abs(x.z()) <= kOnBorder * shape.size.y();
-    if (end ? std::copysign(1.0, x.z()) * n.z() < -kAside : std::abs(n.z()) > kAlong) return false;
-    if (!(shape.size.x() - radius <= kOnBorder * shape.size.x())) return !(across > kAlong);
+    if (end ? std::copysign(1.0, x.z()) * n.z() < -aside : std::abs(n.z()) > along) return false;
+    if (!(shape.size.x() - radius <= kOnBorder * shape.size.x())) return !(across > along);
     const Vec3 out(x.x() / radius, x.y() / radius, 0);
-    return out.dot(n) > -kAside && std::abs(out.cross(n).z()) < kAlong;
+    return out.dot(n) > -aside && std::abs(out.cross(n).z()) < along;
   }
   if (shape.kind != ShapeKind::kBox) return true;
   for (int i = 0; i < 3; ++i) {
-    if (isAtBorder(shape, x, i) ? std::copysign(1.0, x[i]) * n[i] < -kAside : std::abs(n[i]) > kAlong) return false;
+    if (isAtBorder(shape, x, i) ? std::copysign(1.0, x[i]) * n[i] < -aside : std::abs(n[i]) > along) return false;
   }
   return true;
 }

@@ -29,8 +29,8 @@ inline constexpr double kOnBorder = 1e-6;  ///< Of a shape: a tool's points are 
 }
 
 /** Whether what touches a box or cylinder at x, on its surface, along n may lean there: n is outward on all faces that
- * meet there, and hardly looks along them. True of every other shape. */
-[[nodiscard]] bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n) HD_RT;
+ * meet there, and hardly looks along them, or will be when it has turned so far [rad]. True of every other shape. */
+[[nodiscard]] bool leansOut(const Shape& shape, const Vec3& x, const Vec3& n, double turn = 0) HD_RT;
 
 /** Whether a touch of a cylinder or capsule along n, in its frame, is its mantle's: not an end's, nor a rim's. */
 [[nodiscard]] inline bool isOnMantle(const Shape& shape, const Vec3& point, const Vec3& n) HD_RT {

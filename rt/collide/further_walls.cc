@@ -77,7 +77,7 @@ void SceneContacts::tryFurtherWalls(std::uint32_t i, std::uint32_t k, const Coll
     const std::uint32_t of_mesh = held.shape.kind == ShapeKind::kSphere ? ballFeature(walls[n].triangle, side) : 0;
     contact.feature_a = of_mesh > 0 ? of_mesh : i + (n + 1) * ToolPoints::kMost;
     if (disc && !isThere(contact, held, obstacle, radius + margin, side, purse)) continue;
-    if (point && !mayLean(i, held, contact.n_W, purse)) continue;
+    if (point && !mayLean(i, held, k, contact, purse)) continue;
     if (contact.depth < -margin || !isFinite(contact.n_W) || !isFinite(contact.p_WA)) continue;
     keep(contact, held, k);
     purse.report.touching += contact.depth >= 0 ? 1 : 0;

@@ -24,6 +24,8 @@ bool isLate(const WorkBudget& budget) HD_RT {
   return budget.clock != nullptr && budget.deadline_ns != 0 && budget.clock->now() >= budget.deadline_ns;
 }
 
+constexpr double kTilted = 0.3176;             ///< So far aside of outward a mesh's point may touch [rad], ...
+constexpr double kMostTilted = 1.5;            ///< ... and at most so far where a hit may turn the tool.
 constexpr double kPutDeep = 0.2;               ///< How deep a body may have been put, for the first of its points [m].
 constexpr std::uint32_t kFirst = 8;            ///< The corners of a box.
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
@@ -71,9 +73,13 @@ std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
  * heap, walls beside it and the floor below its bin had all the places, and its end came 3.5 mm into the bin.
  */
 double SceneContacts::reachOf(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) const HD_RT {
+  return std::min(reach_, kMargin + closingOf(contact, held, k));
+}
+
+double SceneContacts::closingOf(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) const HD_RT {
   const CollideRequest::Obstacle& its = held.obstacle[k];
   const Vec3 v = velocityAt(held.V_WO, contact.p_WA - held.X_WO.p) - velocityAt(its.V_WO, contact.p_WA - its.X_WO.p);
-  return std::min(reach_, kMargin + ahead_ * std::max(0.0, -contact.n_W.dot(v)));
+  return ahead_ * std::max(0.0, -contact.n_W.dot(v));
 }
 
 void SceneContacts::keep(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) HD_RT {
@@ -295,13 +301,13 @@ SceneContacts::Looked SceneContacts::lookAt(const CollideRequest::Obstacle& obst
   return Looked::kNear;
 }
 
-bool SceneContacts::isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n,
+bool SceneContacts::isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n, double turn,
                                 Purse& purse) const HD_RT {
   if (held.shape.kind != ShapeKind::kMesh || isSheet(held.shape)) return true;
   const double step = 1e-3 * points_.reach();
   NearestQuery query;
   query.x = x + step * n;
-  query.reach = 0.95 * step;
+  query.reach = step * std::cos(kTilted + turn);
   query.limit = purse.left();
   Nearest nearest;
   const NearestResult result = nearestOnShape(held.shape, query, nearest);
@@ -309,10 +315,12 @@ bool SceneContacts::isOutermost(const Vec3& x, const CollideRequest::Held& held,
   return result != NearestResult::kFound;
 }
 
-bool SceneContacts::mayLean(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W,
+bool SceneContacts::mayLean(std::uint32_t i, const CollideRequest::Held& held, std::uint32_t k, const Contact& contact,
                             Purse& purse) const HD_RT {
-  const Vec3 n = held.X_WO.q.conjugate() * -n_W;
-  return leansOut(held.shape, points_.at(i), n) && isOutermost(points_.at(i), held, n, purse);
+  const Vec3 n = held.X_WO.q.conjugate() * -contact.n_W;
+  const double turns = closingOf(contact, held, k) / points_.reach();
+  const double turn = contact.depth < 0 ? std::clamp(turns - kTilted, 0.0, kMostTilted - kTilted) : 0;
+  return leansOut(held.shape, points_.at(i), n, turn) && isOutermost(points_.at(i), held, n, turn, purse);
 }
 
 bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
@@ -361,7 +369,7 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
     contact.depth = contact.n_W.dot(contact.p_WB - contact.p_WA);
     if (disc && !isThere(contact, held, obstacle, reach, side, purse)) continue;
     if (contact.depth < -margin) continue;
-    if (!disc && !mayLean(i, held, contact.n_W, purse)) continue;
+    if (!disc && !mayLean(i, held, k, contact, purse)) continue;
     keep(contact, held, k);
     purse.report.touching += contact.depth >= 0 ? 1 : 0;
   }

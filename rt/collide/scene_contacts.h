@@ -117,12 +117,14 @@ class SceneContacts {
   [[nodiscard]] bool isThere(const Contact& contact, const CollideRequest::Held& held,
                              const CollideRequest::Obstacle& obstacle, double reach, int side,
                              Purse& purse) const HD_RT;
-  /** Of a tool that is a closed mesh: whether no part of it is farther out along n than its point x. In its frame. */
-  [[nodiscard]] bool isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n,
+  /** Of a tool that is a closed mesh: whether no part of it is farther out along n than its point x, or will be when
+   * it has turned so far [rad]. In its frame. */
+  [[nodiscard]] bool isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n, double turn,
                                  Purse& purse) const HD_RT;
-  /** Whether point i may touch along n_W. Else an edge of the obstacle is beside it, on which it would be caught as on
-   * a notch. */
-  [[nodiscard]] bool mayLean(std::uint32_t i, const CollideRequest::Held& held, const Vec3& n_W,
+  /** Whether point i may touch obstacle k as that says, or, of what is apart, once a hit has turned the tool: what
+   * strikes with one corner comes down on the next before the next answer. Else an edge of the obstacle is beside it,
+   * on which it would be caught as on a notch. */
+  [[nodiscard]] bool mayLean(std::uint32_t i, const CollideRequest::Held& held, std::uint32_t k, const Contact& contact,
                              Purse& purse) const HD_RT;
   /** Whether contact i is that of a cylinder's point, and of a disc, too: what is tied to that point would only brake
    * the cylinder where it rolls. */
@@ -178,6 +180,8 @@ class SceneContacts {
   /** No more of its gap closes before the next answer [m]: as far as it moves that way now, and kMargin, for another
    * touch may turn the tool. */
   [[nodiscard]] double reachOf(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) const HD_RT;
+  /** As far as its gap closes until then if both go on as they move [m]. */
+  [[nodiscard]] double closingOf(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) const HD_RT;
   void keep(const Contact& contact, const CollideRequest::Held& held, std::uint32_t k) HD_RT;
   /** Where a contact goes; kMaxContacts: nowhere. */
   [[nodiscard]] std::uint32_t roomFor(const Kept& kept) const HD_RT;

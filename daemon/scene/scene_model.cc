@@ -88,7 +88,7 @@ Result<void> SceneModel::setPose(std::string_view name, Pose X_PO) {
   refresh(*object);
   object->spec.X_PO = X_PO;
   object->V_PO = {};
-  post(*object, poseCommand(*object));
+  postPart(*object, kPlace);
   changed(object->spec.name, "pose");
   return {};
 }
@@ -106,7 +106,7 @@ Result<void> SceneModel::setVelocity(std::string_view name, const Twist& V_PO) {
   if (auto r = accepting(); !r) return r;
   refresh(*object);
   object->V_PO = V_PO;
-  post(*object, poseCommand(*object));
+  postPart(*object, kPlace);
   changed(object->spec.name, "velocity");
   return {};
 }
@@ -118,7 +118,7 @@ Result<void> SceneModel::setMaterial(std::string_view name, const hd_material& m
   if (auto r = accepting(); !r) return r;
   refresh(*object);
   object->spec.material = material;
-  post(*object, materialCommand(*object));
+  postPart(*object, kMaterial);
   changed(object->spec.name, "material");
   return {};
 }
@@ -219,7 +219,7 @@ Result<void> SceneModel::setFlags(std::string_view name, const ObjectFlags& flag
   if (auto r = accepting(); !r) return r;
   refresh(*object);
   object->spec.flags = flags;
-  post(*object, flagsCommand(*object));
+  postPart(*object, kFlags);
   changed(object->spec.name, "flags");
   return {};
 }
@@ -268,27 +268,6 @@ void SceneModel::clientLeft(std::uint64_t connection) {
     if (object.owner.connection == connection) {  // Kept: by nobody who is there.
       object.owner.connection = 0;
       object.owner.name.clear();
-    }
-  }
-}
-
-void SceneModel::followClients() {
-  const auto others = std::count_if(sinks_.begin(), sinks_.end(), [](const CommandSink* s) { return s != nullptr; });
-  if (others < 2) return;
-  for (const auto& [name, slot] : by_name_) {
-    Object& object = slots_[slot];
-    for (std::size_t i = 0; i < sinks_.size(); ++i) {
-      PosedObject posed;
-      if (sinks_[i] == nullptr || !sinks_[i]->posed(slot, object.edit[i], posed) || posed.object != object.id) continue;
-      if (posed.client_edits == object.client_edits[i]) continue;
-      object.client_edits[i] = posed.client_edits;
-      takeOver(posed, object);
-      for (std::size_t k = 0; k < sinks_.size(); ++k) {
-        if (k == i || sinks_[k] == nullptr || !sinks_[k]->accepting()) continue;
-        (void)sinks_[k]->post(materialCommand(object));
-        (void)sinks_[k]->post(flagsCommand(object));
-        object.edit[k] = sinks_[k]->post(poseCommand(object));
-      }
     }
   }
 }

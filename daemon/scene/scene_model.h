@@ -86,25 +86,38 @@ class SceneModel {
 
   /**
    * What clients of one servo changed through their rings, for the other servos: a moved object moves for everybody.
-   * The last writer wins. Vertex moves stay where they were made. Call every few milliseconds.
+   * Of place, material and flags, each by itself, the last writer wins. Vertex moves stay where they were made. Call
+   * every few milliseconds.
    */
   void followClients();
 
   /** Replays the whole scene to a servo that has just started. */
   void attach(CommandSink& sink);
   void detach(CommandSink& sink);
+  /** That servo's cycle was made anew, with orders(): it counts what its clients change from the start. */
+  void madeAnew(const CommandSink& sink);
   /** The orders that make the whole scene, as it is now, in an empty servo. */
   [[nodiscard]] std::vector<Command> orders(std::int64_t period_ns);
 
  private:
+  /** What clients change through their rings, too; each by itself. */
+  enum Part : std::size_t { kPlace, kMaterial, kFlags, kParts };
+  struct Shared {
+    Pose X_PO;
+    Twist V_PO;
+    hd_material material{};
+    ObjectFlags flags;
+  };
+
   struct Object {
     ObjectSpec spec;
     Client owner;
     std::uint32_t id = 0;
     std::uint32_t parent_slot = 0;
     Twist V_PO;
-    std::int64_t effect_until_ns = 0;                      ///< 0: it does not end.
-    std::array<std::uint64_t, kMaxGroups> edit{};          ///< Ticket of the last order about it, by sink.
+    std::int64_t effect_until_ns = 0;  ///< 0: it does not end.
+    Shared told;                       ///< To every servo: where one has another its clients have changed that.
+    std::array<std::array<std::uint64_t, kParts>, kMaxGroups> edit{};  ///< Tickets of the last orders, by sink.
     std::array<std::uint32_t, kMaxGroups> client_edits{};  ///< Changes by that servo's clients handed on so far.
   };
 
@@ -113,9 +126,10 @@ class SceneModel {
   Result<void> accepting() const;
   Result<void> checkShapeMesh(const ShapeSpec& shape, const std::string& where) const;
   void post(Object& object, const Command& command);
+  void postPart(Object& object, Part part, const CommandSink* but = nullptr);
   /** Each object in turn, parents first, with the orders that make it for a servo of that period. */
   void replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give);
-  void postSurface(Object& object);
+  void postSurface(const Object& object);
   [[nodiscard]] Command surfaceCommand(const Object& object, std::int64_t period_ns) const;
   [[nodiscard]] Command bodyCommand(const Object& object) const;
   [[nodiscard]] static Command effectCommand(const Object& object);
@@ -128,11 +142,17 @@ class SceneModel {
   void removeSubtree(std::uint32_t slot);
   std::vector<std::uint32_t> childSlots(std::uint32_t slot) const;
   /**
-   * Takes over what clients changed through their rings. Before each edit: after it the board tells nothing until the
-   * edit has passed, and what was not taken over would be answered, and told to the servos again, as it once was.
+   * Takes over what clients changed through their rings. Before each edit: after it the board tells nothing of that
+   * part until the edit has passed, and what was not taken over would be answered, and told to the servos again, as it
+   * once was.
    */
   void refresh(Object& object);
-  static void takeOver(const PosedObject& posed, Object& object);
+  void follow(Object& object);
+  /** What stands there in that servo, if our own orders about that part have passed. */
+  [[nodiscard]] bool posed(const Object& object, std::size_t sink, Part part, PosedObject& out) const;
+  static Shared sharedOf(const PosedObject& posed);
+  static bool differ(const Shared& a, const Shared& b, Part part);
+  static void takeOver(const Shared& now, Part part, Object& object);
   ObjectNow describe(std::uint32_t slot);
   Pose worldPoseOf(std::uint32_t slot);
   std::string pathOf(std::uint32_t slot) const;

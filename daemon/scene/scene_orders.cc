@@ -34,7 +34,7 @@ void SceneModel::attach(CommandSink& sink) {
   const auto index = static_cast<std::size_t>(free - sinks_.begin());
   replay(sink.periodNs(), [&](Object& object, const Command& command) {
     object.client_edits[index] = 0;
-    object.edit[index] = sink.post(command);
+    object.edit[index].fill(sink.post(command));
   });
 }
 
@@ -86,14 +86,18 @@ Result<void> SceneModel::accepting() const {
 }
 
 void SceneModel::post(Object& object, const Command& command) {
+  const bool made = command.kind == CommandKind::kAddObject;
+  if (made) object.told = {object.spec.X_PO, object.V_PO, object.spec.material, object.spec.flags};
   for (std::size_t i = 0; i < sinks_.size(); ++i) {
-    if (sinks_[i] != nullptr) object.edit[i] = sinks_[i]->post(command);
+    if (sinks_[i] == nullptr) continue;
+    const std::uint64_t ticket = sinks_[i]->post(command);
+    if (made) object.edit[i].fill(ticket);
   }
 }
 
-void SceneModel::postSurface(Object& object) {
-  for (std::size_t i = 0; i < sinks_.size(); ++i) {
-    if (sinks_[i] != nullptr) object.edit[i] = sinks_[i]->post(surfaceCommand(object, sinks_[i]->periodNs()));
+void SceneModel::postSurface(const Object& object) {
+  for (CommandSink* const sink : sinks_) {
+    if (sink != nullptr) (void)sink->post(surfaceCommand(object, sink->periodNs()));
   }
 }
 

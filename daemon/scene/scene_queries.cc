@@ -84,25 +84,6 @@ std::vector<std::uint32_t> SceneModel::childSlots(std::uint32_t slot) const {
   return children;
 }
 
-void SceneModel::refresh(Object& object) {
-  for (std::size_t i = 0; i < sinks_.size(); ++i) {
-    PosedObject posed;
-    if (sinks_[i] == nullptr || !sinks_[i]->posed(objectSlot(object.id), object.edit[i], posed)) continue;
-    if (posed.object != object.id) continue;
-    takeOver(posed, object);
-    return;
-  }
-}
-
-void SceneModel::takeOver(const PosedObject& posed, Object& object) {
-  object.spec.X_PO = {vec3(posed.p_PO), quat(posed.q_PO)};
-  object.V_PO = {vec3(posed.v_PO), vec3(posed.w_PO)};
-  object.spec.material = posed.material;
-  object.spec.flags = {.enabled = (posed.flags & HD_OBJECT_ENABLED) != 0,
-                       .visible = (posed.flags & HD_OBJECT_VISIBLE) != 0,
-                       .two_sided = (posed.flags & HD_OBJECT_TWO_SIDED) != 0};
-}
-
 ObjectNow SceneModel::describe(std::uint32_t slot) {
   Object& object = slots_[slot];
   ObjectNow now;

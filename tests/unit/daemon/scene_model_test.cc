@@ -27,6 +27,15 @@ class SceneModelTest : public ::testing::Test {
     spec.material = kDefaultMaterial;
     return spec;
   }
+  /** Of one of sphere()'s. */
+  static PosedObject asMade(std::uint32_t id) {
+    PosedObject posed;
+    posed.object = id;
+    posed.flags = HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE;
+    posed.material = kDefaultMaterial;
+    posed.q_PO[0] = 1;
+    return posed;
+  }
   std::vector<CommandKind> kinds(const FakeSink& of) const {
     std::vector<CommandKind> out;
     for (const Command& c : of.orders) out.push_back(c.kind);
@@ -239,6 +248,46 @@ TEST_F(SceneModelTest, AnEditKeepsWhatClientsChangedThroughTheirRings) {
   sink.board.material.stiffness = 123;
   ASSERT_TRUE(scene.setPose("ball", Pose{}).ok());
   EXPECT_EQ(scene.find("ball")->spec.material.stiffness, 123);
+}
+
+/** One program moves it through one servo, another hides it through a second one. */
+TEST_F(SceneModelTest, WhoMovesAnObjectPutsNothingBackThatOthersChange) {
+  FakeSink second;
+  scene.attach(second);
+  const auto id = *scene.create(sphere("heart"), client(1));
+  for (FakeSink* each : {&sink, &second}) {
+    each->board = asMade(id);
+    each->taken = 1;  // Only what made it.
+  }
+  second.board.flags = HD_OBJECT_ENABLED;
+  ++second.board.client_edits;
+  for (int i = 1; i <= 3; ++i) {  // Faster than the second servo tells of what it was told.
+    sink.board.p_PO[0] = 0.01 * i;
+    ++sink.board.client_edits;
+    scene.followClients();
+  }
+  constexpr auto kAdd = CommandKind::kAddObject, kPose = CommandKind::kObjectPose;
+  EXPECT_THAT(kinds(second), testing::ElementsAre(kAdd, kPose, kPose, kPose));
+  ASSERT_THAT(kinds(sink), testing::ElementsAre(kAdd, CommandKind::kObjectFlags));
+  EXPECT_EQ(sink.orders.back().as<hd_object_flags>().value, HD_OBJECT_ENABLED + 0u);
+  EXPECT_EQ(scene.find("heart")->spec.X_PO.p.x(), 0.03);
+  EXPECT_FALSE(scene.find("heart")->spec.flags.visible);
+}
+
+/** A recording makes a servo's cycle anew, which then counts from the start. */
+TEST_F(SceneModelTest, WhatIsChangedAfterACycleWasMadeAnewIsHandedOn) {
+  FakeSink second;
+  scene.attach(second);
+  sink.board = asMade(*scene.create(sphere("heart"), client(1)));
+  sink.taken = second.taken = 1;
+  for (const double x : {0.1, 0.2}) {
+    sink.board.p_PO[0] = x;
+    sink.board.client_edits = 1;
+    scene.followClients();
+    ASSERT_EQ(second.orders.back().kind, CommandKind::kObjectPose);
+    EXPECT_EQ(second.orders.back().as<hd_object_pose>().p[0], x);
+    scene.madeAnew(sink);
+  }
 }
 
 TEST_F(SceneModelTest, WorldPosesMultiplyDownTheTree) {

@@ -217,6 +217,11 @@ TEST(ZwidthGoals, JudgeNamesWhatIsMissed) {
   Row beyond = good;
   beyond.damping = 20;
   EXPECT_EQ(twice({good, stiff, beyond}).rows, 1);
+  Row soft = good;
+  soft.damping = 5;
+  soft.on = 2500;
+  EXPECT_EQ(twice({soft, good, stiff}).rows, 2);
+  EXPECT_DOUBLE_EQ(twice({soft, good, stiff}).worst, 2100.0 / 990);
   for (const auto& change : {Change{500, 0, kIdealStep, 0}, Change{1000, 1, kIdealStep, 0}}) {
     Row other = good;
     other.change = change;

@@ -8,7 +8,7 @@ namespace hapticd {
 namespace {
 
 /** What was sent, and what may become of it in one tick: by the slew, or smaller by what goes in kFall_s. */
-void expectChange(const Vec3& from, const Vec3& to, double slew) {
+void expectFall(const Vec3& from, const Vec3& to, double slew) {
   const double change = (to - from).norm();
   if (change <= slew + 1e-12) return;
   ASSERT_LT(to.norm(), from.norm()) << "more than the slew, and not smaller";
@@ -16,7 +16,7 @@ void expectChange(const Vec3& from, const Vec3& to, double slew) {
 }
 
 /** How far x still is along what it was. */
-double left(const Vec3& x, const Vec3& was) { return x.dot(was) / was.squaredNorm(); }
+double stillAlong(const Vec3& x, const Vec3& was) { return x.dot(was) / was.squaredNorm(); }
 
 /** A slew limit is for what rises. Set while the hand is pushed, however low, it keeps nobody pushed. */
 TEST(GuardProperty, HoweverSlowTheSlewWhatIsNotAskedForFalls) {
@@ -42,15 +42,15 @@ TEST(GuardProperty, HoweverSlowTheSlewWhatIsNotAskedForFalls) {
     for (int i = 0; i < 1000; ++i) {
       const DeviceCommand last = rig.out.command;
       const DeviceCommand& now = rig.step().command;
-      expectChange(last.force, now.force, slow.force_slew * 1e-3);
-      expectChange(last.torque, now.torque, slow.torque_slew * 1e-3);
-      expectChange({last.gripper_force, 0, 0}, {now.gripper_force, 0, 0}, slow.force_slew * 1e-3);
+      expectFall(last.force, now.force, slow.force_slew * 1e-3);
+      expectFall(last.torque, now.torque, slow.torque_slew * 1e-3);
+      expectFall({last.gripper_force, 0, 0}, {now.gripper_force, 0, 0}, slow.force_slew * 1e-3);
       if (testing::Test::HasFatalFailure()) return;
     }
     const DeviceCommand& now = rig.out.command;
     const double most = std::max(share, 0.0) + 0.02;
-    EXPECT_LT(left(now.force, full.force), most);
-    EXPECT_LT(left(now.torque, full.torque), most);
+    EXPECT_LT(stillAlong(now.force, full.force), most);
+    EXPECT_LT(stillAlong(now.torque, full.torque), most);
     EXPECT_LT(now.gripper_force / full.gripper_force, most);
   });
 }

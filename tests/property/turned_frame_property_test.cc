@@ -20,7 +20,7 @@ using test::TestMesh;
 using test::TestRelief;
 
 /** In which bodies and hand are told: still, or carried and turned at a steady speed. */
-struct Frame {
+struct SteadyFrame {
   Twist speed;
 
   [[nodiscard]] Pose at(int tick) const {
@@ -30,18 +30,18 @@ struct Frame {
   [[nodiscard]] Twist of(int tick, const Vec3& x) const { return {speed.v + speed.w.cross(at(tick).q * x), speed.w}; }
 };
 
-Frame anyFrame(Random& random) {
+SteadyFrame anySteadyFrame(Random& random) {
   const Vec3 v = random.vector(0.5), w = random.vector(10);
   return {{v, w}};
 }
 
 /** A hand that wanders about. */
-struct Wander {
+struct WanderingHand {
   static constexpr int kSines = 3;
   Vec3 size[kSines];
   double rate[kSines], phase[kSines];  ///< [rad/s], [rad]
 
-  Wander(Random& random, double reach) {
+  WanderingHand(Random& random, double reach) {
     for (int i = 0; i < kSines; ++i) {
       size[i] = random.vector(reach);
       rate[i] = random.in(1, 25);
@@ -61,8 +61,8 @@ struct Wander {
 };
 
 /** A body and a hand that feels it, told in a frame. */
-struct Touched {
-  Frame frame;
+struct CarriedTouch {
+  SteadyFrame frame;
   Pose X;
   test::TestScene scene;
   SurfaceEffects effects{3};
@@ -90,7 +90,7 @@ struct Touched {
   }
 };
 
-struct Body {
+struct CarriedBody {
   int kind;
   Vec3 size;
   hd_material material;
@@ -98,12 +98,12 @@ struct Body {
 };
 
 /** What is given is told; and, if `alike`, the same hand feels it alike where it rests and where it is carried. */
-void expectTheSame(Random& random, const Body& is, const SurfaceParameters& surface, const TextureView* texture,
-                   bool alike = true) {
+void expectFeltAlike(Random& random, const CarriedBody& is, const SurfaceParameters& surface,
+                     const TextureView* texture, bool alike = true) {
   TestMesh mesh = test::sphereMesh(0.03, 12);
   const Pose X = random.pose(0.02);
-  const auto make = [&](const Frame& frame) {
-    auto t = std::make_unique<Touched>();
+  const auto make = [&](const SteadyFrame& frame) {
+    auto t = std::make_unique<CarriedTouch>();
     t->frame = frame;
     t->X = X;
     t->scene.proxy.setRadius(is.radius);
@@ -114,8 +114,8 @@ void expectTheSame(Random& random, const Body& is, const SurfaceParameters& surf
     EXPECT_EQ(t->scene.setSurface(t->body, surface), ErrorCode::kOk);
     return t;
   };
-  const auto still = make({}), moves = make(anyFrame(random));
-  const Wander hand(random, 0.03);
+  const auto still = make({}), moves = make(anySteadyFrame(random));
+  const WanderingHand hand(random, 0.03);
   const Vec3 out = 0.06 * random.vector(1).normalized();
   for (int i = 0; i < 1500; ++i) {
     constexpr double kIn_s = 0.1;  // It comes from outside.
@@ -143,9 +143,9 @@ TEST(TurnedFrameProperty, AReliefOnWhatIsCarriedIsThatOnWhatRests) {
     s.relief_depth = random.in(1e-4, 2e-3);
     s.relief_size[0] = s.relief_size[1] = random.in(0.05, 0.1);
     const double damping = random.once(2) ? random.in(0, 5) : 0;
-    const Body body{
+    const CarriedBody body{
         random.below(5), anySize(random), {random.in(300, 2000), damping, 0, 0}, random.once(2) ? 1e-3 : 0.0};
-    expectTheSame(random, body, s, &picture.view);
+    expectFeltAlike(random, body, s, &picture.view);
   });
 }
 
@@ -157,16 +157,16 @@ TEST(TurnedFrameProperty, FrictionAndDampingOnWhatIsCarriedAreThoseOnWhatRests) 
   forSeeds(40, [](unsigned seed) {
     Random random(seed);
     const int kind = random.once(2) ? 0 : 1 + random.below(4);
-    const Body body{
+    const CarriedBody body{
         kind, anySize(random), {random.in(300, 2000), random.in(0, 5), 0.8, 0.5}, random.once(2) ? 1e-3 : 0.0};
-    expectTheSame(random, body, {}, nullptr, kind == 0);
+    expectFeltAlike(random, body, {}, nullptr, kind == 0);
   });
 }
 
 TEST(TurnedFrameProperty, EffectsOfWhatIsCarriedAreThoseOfWhatRests) {
   forSeeds(40, [](unsigned seed) {
     Random random(seed);
-    const Frame frame = anyFrame(random);
+    const SteadyFrame frame = anySteadyFrame(random);
     EffectScene still, moves;
     std::vector<Pose> X;
     std::vector<std::uint32_t> id;
@@ -185,7 +185,7 @@ TEST(TurnedFrameProperty, EffectsOfWhatIsCarriedAreThoseOfWhatRests) {
         ASSERT_EQ(t->set(id.back(), e), ErrorCode::kOk);
       }
     }
-    const Wander hand(random, 0.04);
+    const WanderingHand hand(random, 0.04);
     int apart = 0;
     for (int i = 0; i < 1500; ++i) {
       const Vec3 at = hand.at(i * kTick), v = hand.velocity(i * kTick);

@@ -26,17 +26,20 @@ double JointStep::reserveOf(std::uint8_t island) const HD_RT {
  * brings bodies to no more than kMostSqueezed times its own speed.
  */
 double JointStep::givenTo(std::uint8_t island) const HD_RT {
+  const auto isTool = [&](std::uint8_t mover) HD_RT { return mover != kFixed && mover_[mover].tool != nullptr; };
   double given = 0, fastest = 0;
+  bool on_hand = false;
   for (std::uint32_t i = 0; i < touches_; ++i) {
-    if (!joins(i, island) || pair_[i].b != kFixed) continue;
+    if (!joins(i, island)) continue;
+    on_hand = on_hand || (lambda_[i][0] > 0 && (isTool(pair_[i].a) || isTool(pair_[i].b)));
+    if (pair_[i].b != kFixed) continue;
     given += (row_[i].axes * lambda_[i]).dot(touch_[i].moving);
     fastest = std::max(fastest, touch_[i].moving.norm());
   }
-  if (!(given > 0)) return given;
+  if (!(given > 0) || on_hand) return given;  // A hand takes out of the press what its tool gets.
   double mass = 0, kinetic = 0;
   for (std::uint32_t k = 0; k < movers_; ++k) {
-    if (mover_[k].island != island) continue;
-    if (mover_[k].tool != nullptr) return given;  // It also works on the hand, which takes it out of the press.
+    if (mover_[k].island != island || mover_[k].body == nullptr) continue;
     mass += mover_[k].body->body.mass();
     kinetic += mover_[k].body->body.kineticEnergy();
   }

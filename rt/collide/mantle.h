@@ -18,8 +18,8 @@ namespace hapticd {
 
 /** In the obstacle's frame. */
 struct ObstacleEdge {
-  Vec3 from, to;      ///< Of a corner one place, of a rim its middle.
-  double radius = 0;  ///< Of a rim about z, else 0 [m].
+  Vec3 from = Vec3::Zero(), to = from;  ///< Of a corner one place, of a rim its middle.
+  double radius = 0;                    ///< Of a rim about z, else 0 [m].
   /** Whether a straight edge may go on beyond its ends: a mesh has many in one line, and the place that is met leaves
    * one for the next before the next answer. */
   bool goes_on = false;

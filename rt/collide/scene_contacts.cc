@@ -318,7 +318,7 @@ bool SceneContacts::isOutermost(const Vec3& x, const CollideRequest::Held& held,
 bool SceneContacts::mayLean(std::uint32_t i, const CollideRequest::Held& held, std::uint32_t k, const Contact& contact,
                             Purse& purse) const HD_RT {
   const Vec3 n = held.X_WO.q.conjugate() * -contact.n_W;
-  const double turns = closingOf(contact, held, k) / points_.reach();
+  const double turns = closingOf(contact, held, k) / points_.extent();
   const double turn = contact.depth < 0 ? std::clamp(turns - kTilted, 0.0, kMostTilted - kTilted) : 0;
   return leansOut(held.shape, points_.at(i), n, turn) && isOutermost(points_.at(i), held, n, turn, purse);
 }

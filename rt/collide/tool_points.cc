@@ -31,6 +31,8 @@ void ToolPoints::add(const Vec3& p) HD_RT {
   for (int i = 0; i < 3; ++i) p_[count_][static_cast<std::size_t>(i)] = static_cast<float>(p[i]);
   ++count_;
   reach_ = std::max(reach_, p.norm() + radius_);
+  low_ = count_ == 1 ? p : Vec3(low_.cwiseMin(p));
+  high_ = count_ == 1 ? p : Vec3(high_.cwiseMax(p));
 }
 
 double ToolPoints::alongAxis(std::uint32_t i, double half) HD_RT {

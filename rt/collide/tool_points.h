@@ -30,6 +30,8 @@ class ToolPoints {
   /** Half the way from disc to disc of a cylinder half as long as that [m]. */
   [[nodiscard]] static double apart(double half) HD_RT { return half / (kRings - 1); }
   [[nodiscard]] double reach() const HD_RT { return reach_; }  ///< Farthest surface from the origin [m].
+  /** Half the diagonal of the box about the surface, wherever the origin is [m]. */
+  [[nodiscard]] double extent() const HD_RT { return 0.5 * (high_ - low_).norm() + radius_; }
   /** Whether no part of the surface is beyond a tangent plane; of a mesh of more than kMostFaces that is not known. */
   [[nodiscard]] bool isConvex() const HD_RT { return convex_; }
 
@@ -47,6 +49,7 @@ class ToolPoints {
   std::uint32_t count_ = 0;
   double radius_ = 0;
   double reach_ = 0;
+  Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
   bool convex_ = false;
 };
 

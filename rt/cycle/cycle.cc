@@ -330,6 +330,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     device.finger.reset();
     device.effects.reset();
     device.object_effects.reset();
+    device.lending = {.hand = sample.p};
     device.started = true;
   }
   energy.gripper = device.grip.stiffness * std::max(0.0, device.grip.width - sample.gripper_rad);
@@ -363,8 +364,7 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
       pushBodies(device, sample.p, out.contact, out.contact.force + added.texture(), pad.moment * out.contact.normal,
                  device.clutch.weight());
     } else {
-      device.lending.energy = 0;
-      device.lending.count = 0;
+      device.lending.begin(0, Vec3::Zero());
     }
     device.lending.hand = sample.p;
   }
@@ -410,6 +410,7 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
   device.finger.reset();
   device.effects.reset();
   device.pressed = {};
+  device.lending = {.hand = sample.p};
   HeldToolOutput held;
   device.tool.finish(scene_, out.velocity, period(), held);
   sources_[d][HD_SOURCE_SURFACE] = held.wrench;

@@ -113,9 +113,19 @@ class Cycle {
   /** What the springs that hold a hand may give to free bodies, and what they gave in the last tick. */
   struct Lending {
     double energy = 0;         ///< [J]
-    Vec3 hand = Vec3::Zero();  ///< Where the point was, in W [m].
+    Vec3 felt = Vec3::Zero();  ///< By the hand [N],
+    Vec3 hand = Vec3::Zero();  ///< and where the point was, in W [m].
+    bool bound = false;        ///< There was a narrow wedge, and not all is paid for yet.
     std::uint32_t count = 0;
     std::array<Given, kMaxHolding> given;
+
+    /** Nothing that is free is held. */
+    void begin(double stored, const Vec3& force) HD_RT {
+      energy = stored;
+      felt = force;
+      bound = false;
+      count = 0;
+    }
   };
   struct DeviceState {
     DeviceState(const GuardConfig& config, std::uint32_t device) noexcept : guard(config), effects(device) {}
@@ -171,6 +181,7 @@ class Cycle {
   void moveTools(const CycleInput& input, CycleOutput& output) HD_RT;
   void pushBodies(DeviceState& device, const Vec3& hand, const SurfaceContact& contact, const Vec3& felt,
                   const Vec3& turning, double weight) HD_RT;
+  [[nodiscard]] static bool isNarrow(const SurfaceContact& contact) HD_RT;
   [[nodiscard]] double lent(const Lending& last) const HD_RT;
   FingerForces touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT;
   double changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT;

@@ -2,18 +2,36 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "rt/cycle/cycle.h"
 
 namespace hapticd {
+namespace {
+
+constexpr double kAnyEnergy = std::numeric_limits<double>::infinity();
+
+}  // namespace
+
+/** Whether the parts of a contact are much larger than their sum: those of faces that meet at less than 60 degrees. */
+bool Cycle::isNarrow(const SurfaceContact& contact) HD_RT {
+  constexpr double kNarrow = 2;
+  double pressing = 0;
+  Vec3 sum = Vec3::Zero();
+  for (std::uint32_t i = 0; i < contact.parts; ++i) {
+    pressing += contact.part[i].force.norm();
+    sum += contact.part[i].force;
+  }
+  return pressing > kNarrow * sum.norm();
+}
 
 /**
  * What the hand feels of free bodies they feel of it; where several objects hold it, each its own part. `turning` is
  * for that which it touched first; `weight` of all that is rendered is felt.
  *
  * In a narrow wedge a small force has large parts, F / sin(angle), and a proxy between two that close on it goes far:
- * a body would be thrown much harder than it came. So it is given no more than was put into the springs (lent()):
- * s J . v + s^2 J . M^-1 J / 2 <= lent, s at most 1.
+ * a body would be thrown much harder than it came. So from a narrow wedge on, until all is paid for that the springs
+ * hold, it is given no more than was put into them (lent()): s J . v + s^2 J . M^-1 J / 2 <= lent, s at most 1.
  */
 void Cycle::pushBodies(DeviceState& device, const Vec3& hand, const SurfaceContact& contact, const Vec3& felt,
                        const Vec3& turning, double weight) HD_RT {
@@ -25,50 +43,54 @@ void Cycle::pushBodies(DeviceState& device, const Vec3& hand, const SurfaceConta
     touched = touched || bodies_.find(objectSlot(object)) != FreeBodies::kNone;
   }
   if (!touched) {
-    lending.energy = contact.stored;
-    lending.count = 0;
+    lending.begin(contact.stored, felt);
     return;
   }
-  const double dt = period();
   std::array<ContactPart, kMaxHolding> part = contact.part;
   Vec3 rest = felt;
   for (std::uint32_t i = 0; i < contact.parts; ++i) rest -= part[i].force;
   for (std::uint32_t i = 0; i < contact.parts; ++i) part[i].force += part[i].share * rest;
   if (contact.parts == 0) part[0] = {contact.object, contact.point, felt, 1};
 
-  const double by_hand = felt.dot(lending.hand - hand);
+  const Vec3 way = hand - lending.hand;
+  const double dt = period(), by_hand = -std::max(felt.dot(way), 0.5 * (lending.felt + felt).dot(way));
   double linear = 0, square = 0, lent = this->lent(lending) + by_hand;
   lending.count = count;
   for (std::uint32_t i = 0; i < count; ++i) {
     Given& given = lending.given[i];
     given = {part[i].object, bodies_.find(objectSlot(part[i].object)), part[i].point, -dt * weight * part[i].force};
-    if (given.body == FreeBodies::kNone || !bodies_.moves(given.body)) continue;
-    given.velocity = bodies_.velocityAt(given.body, part[i].point);
+    if (given.body == FreeBodies::kNone) continue;
     given.at -= bodies_.body(given.body).body.com();
+    given.velocity = bodies_.velocityBefore(given.body, given.at);
+    if (!bodies_.moves(given.body)) continue;
     linear += given.impulse.dot(given.velocity);
     square += 0.5 * given.impulse.dot(bodies_.mobility(given.body).at(given.at) * given.impulse);
     if (bodies_.wasPut(given.body)) lent = contact.stored;
   }
+  lending.felt = felt;
   // More than the springs hold is what dampers take from the hand now, and, half-way out of an elastic bounce, up to
   // J . v: a step's force is that of its place, and its way that of the velocity which this leaves.
   lending.energy = std::clamp(lent, 0.0, contact.stored + std::max(0.0, linear) + std::max(0.0, by_hand));
+  lending.bound = isNarrow(contact) || (lending.bound && lending.energy < contact.stored);
+  const double most = lending.bound ? lending.energy : contact.parts > 0 ? contact.stored : kAnyEnergy;
   double scale = 1;
-  if (linear + square > lending.energy) {
-    const double root = std::sqrt(linear * linear + 4 * square * lending.energy);
-    scale = linear > 0 ? 2 * lending.energy / (linear + root) : (root - linear) / (2 * square);
+  if (linear + square > most) {
+    const double root = std::sqrt(linear * linear + 4 * square * most);
+    scale = linear > 0 ? 2 * most / (linear + root) : (root - linear) / (2 * square);
   }
   for (std::uint32_t i = 0; i < count; ++i) {
     Given& given = lending.given[i];
     if (given.body == FreeBodies::kNone) continue;
-    given.impulse *= scale;
+    given.impulse *= bodies_.moves(given.body) ? scale : 0;
     bodies_.push(given.body, given.impulse, part[i].point,
-                 given.object == contact.object ? Vec3(-dt * weight * turning) : Vec3(Vec3::Zero()));
+                 given.object == contact.object ? Vec3(-dt * weight * scale * turning) : Vec3(Vec3::Zero()));
   }
 }
 
 /**
  * What springs have still to lend after a tick [J], in which clients' objects worked on them, and bodies: by the
- * impulse J that it got each lost J . (v + v') / 2, v' what all that was pushed left of its velocity v.
+ * impulse J that it got each lost J . (v + v') / 2. Both velocities are those before any hand pushes: so what several
+ * hands gave adds up, in whatever order, and one at rest between them lost nothing.
  */
 double Cycle::lent(const Lending& last) const HD_RT {
   double lent = last.energy;
@@ -81,7 +103,7 @@ double Cycle::lent(const Lending& last) const HD_RT {
     if (body == FreeBodies::kNone)
       lent -= given.impulse.dot(object->velocityAt(given.at));
     else
-      lent -= 0.5 * given.impulse.dot(given.velocity + bodies_.velocityOf(body, given.at));
+      lent -= 0.5 * given.impulse.dot(given.velocity + bodies_.velocityBefore(body, given.at));
   }
   return lent;
 }
@@ -139,6 +161,7 @@ FingerForces Cycle::touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT {
     pad.damping = viscous.damping;
   }
   out.contact.force += pad.force;
+  out.contact.apart += pad.force.cwiseProduct(out.contact.at_hip - out.contact.velocity);
   return pad;
 }
 

@@ -164,6 +164,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
       leadAnew(entry);
       entry.body.wake();
     }
+    entry.before = entry.body.body.twist();
     of_slot_[objectSlot(entry.object)] = k;
   }
   for (const std::uint16_t slot : scene.used()) {  // Parents first.

@@ -62,11 +62,12 @@ class FreeBodies {
   void touch(const Touch& touch, std::uint8_t tool, std::uint8_t body) HD_RT;
   /** Of the body's point at x_W; zero where it stands [m/s]. */
   [[nodiscard]] Vec3 velocityAt(std::uint8_t k, const Vec3& x_W) const HD_RT {
-    return velocityOf(k, x_W - entry_[k].body.body.com());
+    const RigidBody& rigid = entry_[k].body.body;
+    return entry_[k].age < kStale ? hapticd::velocityAt(rigid.twist(), x_W - rigid.com()) : Vec3(Vec3::Zero());
   }
-  /** The same of the point at r from its center of mass [m]. */
-  [[nodiscard]] Vec3 velocityOf(std::uint8_t k, const Vec3& r) const HD_RT {
-    return entry_[k].age < kStale ? hapticd::velocityAt(entry_[k].body.body.twist(), r) : Vec3(Vec3::Zero());
+  /** Of its point at r from its center of mass, before anything pushed it in this tick [m, m/s]. */
+  [[nodiscard]] Vec3 velocityBefore(std::uint8_t k, const Vec3& r) const HD_RT {
+    return entry_[k].age < kStale ? hapticd::velocityAt(entry_[k].before, r) : Vec3(Vec3::Zero());
   }
   /** Whether what pushes it moves it now; else it stands. */
   [[nodiscard]] bool moves(std::uint8_t k) const HD_RT { return entry_[k].age < kStale; }
@@ -89,6 +90,7 @@ class FreeBodies {
     std::uint32_t object = 0;  ///< Id, 0: unused.
     FreeBody body{MassProperties{}, 0, false};
     ContactModel model;
+    Twist before;             ///< As the tick began.
     double age = 0;           ///< Of the contacts [s].
     double put = 0;           ///< It was put elsewhere: so long until an answer tells of it there [s].
     double leading = 0;       ///< So long it may still be led out of what it was put into [s].

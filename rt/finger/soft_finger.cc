@@ -46,7 +46,7 @@ void SoftFinger::reset() HD_RT {
 }
 
 PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, double damping, double dt) HD_RT {
-  const Vec3 v = contact.velocity - motion.hand.v, v_across = v - v.dot(contact.normal) * contact.normal;
+  const Vec3 v = contact.at_hip - motion.hand.v, v_across = v - v.dot(contact.normal) * contact.normal;
   const double speed = v_across.norm();
   if (contact.slip || !(speed > 0) || motion.body.vp.isZero(0)) return {};
   const Vec3 t = v_across / speed;
@@ -103,7 +103,7 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
 
   // While it sticks the pad is viscous too, but spring and viscosity together never exceed friction.
   const double w_relative = (motion.w_object - motion.hand.w).dot(normal_);
-  const Vec3 v = contact.velocity - motion.hand.v, v_across = v - v.dot(normal_) * normal_;
+  const Vec3 v = contact.at_hip - motion.hand.v, v_across = v - v.dot(normal_) * normal_;
   if (!slips_) out.moment = std::clamp(out.moment + k * kTwistRetardation * w_relative, -still, still);
   const double speed = v_across.norm();
   const PadForce pad = padForce(contact, motion, order_.damping, dt);

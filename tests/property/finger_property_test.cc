@@ -123,7 +123,7 @@ TEST(FingerProperty, WhatIsViscousSlowsWithinFriction) {
       aside -= aside.dot(contact.normal) * contact.normal;
       const Vec3 elastic = random.in(0, most) * aside.normalized();
       contact.pull = contact.depth * contact.normal + elastic / contact.stiffness;
-      contact.velocity = random.vector(1);
+      contact.velocity = contact.at_hip = random.vector(1);
       FingerMotion motion;
       motion.hand.v = random.vector(1);
       motion.fingers = static_cast<int>(1 + random.below(4));

@@ -130,6 +130,30 @@ TEST(Grasp, WhatIsHeldComesToRest) {
   }
 }
 
+/** What both push the same way is not one's to take from the other: it sank through one finger as that got tired. */
+TEST(Grasp, TwoFingersBearABlockLevel) {
+  for (const double mass : {0.1, 0.4}) {
+    GraspHouse::Block block;
+    block.mass = mass;
+    block.com = {0, 0, -0.06};
+    block.material.damping = 1;
+    GraspHouse house(block);
+    const auto below = [&](double by) {
+      for (int d = 0; d < 2; ++d) house.device[d].sample.p = Vec3(d == 0 ? 0.01 : -0.01, 0, -block.size.z() - by);
+    };
+    below(1e-3);
+    for (int i = 0; i < 20; ++i) house.step();
+    below(0);
+    house.letGo();
+    for (int i = 0; i < 3000; ++i) {
+      house.step();
+      ASSERT_LT((house.seen().X_WO.q * Vec3::UnitZ() - Vec3::UnitZ()).norm(), 1e-6) << mass << " kg, tick " << i;
+    }
+    for (int d = 0; d < 2; ++d)
+      EXPECT_NEAR(house.finger(d).contact.force.z(), -0.5 * mass * block.gravity, 0.02 * mass * block.gravity);
+  }
+}
+
 /** Springs alone let a block rock between two points for ever, and ever more where a device is late. */
 TEST(Grasp, ABlockThatIsKnockedBetweenPointsComesToRest) {
   for (const double stiffness : {500.0, 2000.0}) {

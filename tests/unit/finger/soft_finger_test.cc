@@ -215,7 +215,7 @@ TEST_F(SoftFingerTest, ThePadIsViscousAcrossTheNormal) {
   SetFinger order = usual();
   order.damping = 2;
   finger.set(order);
-  contact.velocity = {0.03, 0.01, 0.5};
+  contact.velocity = contact.at_hip = Vec3{0.03, 0.01, 0.5};
   motion.hand.v = {-0.02, 0.05, 0.2};
   EXPECT_TRUE(tick().force.isZero(0)) << "on what nothing moves there is none";
   motion.body = Mobility::free(1, 1e-3 * Mat3::Identity());
@@ -235,7 +235,7 @@ TEST_F(SoftFingerTest, ThePadStopsALightBodyAndNoMore) {
   order.damping = 100;
   finger.set(order);
   press(1000);
-  contact.velocity = {0.01, 0, 0};
+  contact.velocity = contact.at_hip = Vec3{0.01, 0, 0};
   motion.r = {0, 0.02, 0};
   for (const int fingers : {1, 2}) {
     const double mass = 0.01, inertia = 1e-5;
@@ -255,8 +255,8 @@ TEST_F(SoftFingerTest, ThePadsViscosityKeepsToTheCone) {
   order.damping = 10;
   finger.set(order);
   motion.body = Mobility::free(10, Mat3::Identity());
-  contact.velocity = {0, 0.5, 0};  // 5 N.
-  press(2, {1.2e-3, 0, 0});        // 1.2 N of the 1.6 that friction bears.
+  contact.velocity = contact.at_hip = Vec3{0, 0.5, 0};  // 5 N.
+  press(2, {1.2e-3, 0, 0});                             // 1.2 N of the 1.6 that friction bears.
   const Vec3 elastic(1.2, 0, 0), all = elastic + Vec3(0, 5, 0);
   FingerForces out = tick();
   EXPECT_LT((out.force + elastic - 1.6 * all.normalized()).norm(), 1e-12);
@@ -279,15 +279,15 @@ TEST_F(SoftFingerTest, TheCueTellsOfEverySlip) {
     EXPECT_NEAR(out.cue.z(), std::min(2 * speed, 1.0) * std::sin(phase), 1e-9) << speed;
     EXPECT_EQ(out.cue.head<2>().norm(), 0);
   };
-  contact.velocity = {0.03, 0.04, 0.7};
+  contact.velocity = contact.at_hip = Vec3{0.03, 0.04, 0.7};
   expect(0, tick());
   contact.slip = true;
   for (int i = 0; i < 20; ++i) expect(0.05, tick());
-  contact.velocity = {0.2, 0, 0};
+  contact.velocity = contact.at_hip = Vec3{0.2, 0, 0};
   for (int i = 0; i < 20; ++i) expect(0.2, tick());
-  contact.velocity = {0, 3, 0};
+  contact.velocity = contact.at_hip = Vec3{0, 3, 0};
   for (int i = 0; i < 20; ++i) expect(3, tick());
-  contact.velocity = {0.03, 0.04, 0.7};
+  contact.velocity = contact.at_hip = Vec3{0.03, 0.04, 0.7};
   motion.w_object.z() = -20;
   for (int i = 1; i < 20; ++i) expect(std::hypot(0.05, 20 * FingertipConstants::kArm), tick(i * 0.5));
   contact.slip = false;

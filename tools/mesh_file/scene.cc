@@ -2,6 +2,7 @@
 
 #include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
+#include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -210,6 +211,21 @@ void requireNotTurned(const std::string& path) {
   }
 }
 
+/**
+ * That the ending of a file's name says the format in which assimp has read it: it looks for others as well where that
+ * does not fit or has several. Endings tell here what is asked of a file before.
+ */
+void requireNamedSo(const std::string& path, const Assimp::Importer& importer) {
+  const aiImporterDesc* const read = importer.GetImporterInfo(importer.GetPropertyInteger("importerIndex"));
+  std::string_view endings = read != nullptr ? read->mFileExtensions : "", first;
+  for (std::string_view ending = takeWord(endings); !ending.empty(); ending = takeWord(endings)) {
+    if (endsWith(path, fmt::format(".{}", ending))) return;
+    if (first.empty()) first = ending;
+  }
+  throw MeshError("holds another format than the ending of its name says",
+                  fmt::format("end its name with .{}, by which it is checked and read", first), kBadMesh);
+}
+
 /** What assimp makes of a file. */
 void addScene(const std::string& path, std::string_view program, Gatherer& gatherer) {
   Assimp::Importer importer;
@@ -231,9 +247,8 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
   // By such a name assimp would look for a format that it takes for itself, past what is asked of that here.
   if (!importer.IsExtensionSupported(std::filesystem::path(path).extension().string()))
     throw MeshError("has a name whose ending says no format", remedy);
-  const bool xml = endsWith(path, ".xml");  // COLLADA and AMF are found in it as well.
-  if (xml || endsWith(path, ".amf")) requireNotTurned(path);
-  if (xml || endsWith(path, ".dae") || endsWith(path, ".zae")) requirePlainCollada(bytesOf(path));
+  if (endsWith(path, ".amf")) requireNotTurned(path);
+  if (endsWith(path, ".dae") || endsWith(path, ".zae") || endsWith(path, ".xml")) requirePlainCollada(bytesOf(path));
   if (endsWith(path, ".dxf")) requirePlainInserts(bytesOf(path));
   if (endsWith(path, ".3mf")) requireModelsOnly(bytesOf(path));
   const LostFaces lost;
@@ -250,6 +265,7 @@ void addScene(const std::string& path, std::string_view program, Gatherer& gathe
     if (error.find("bad_alloc") != error.npos) throw std::bad_alloc();  // As assimp hands it on, or what() has it.
     throw MeshError(error.empty() ? "holds no scene" : error, remedy);
   }
+  requireNamedSo(path, importer);
   if (lost.any()) refuse("has a face whose vertex is not there");
   gatherer.node(*scene, *scene->mRootNode, deforms);
 }

@@ -78,12 +78,35 @@ TEST_F(ReadMeshTest, AColladaByAnotherNameIsRefusedAlike) {
   const std::string skewed = collada(node("<skew>45 0 1 0 1 0 0</skew>" + std::string(kShown)));
   EXPECT_EQ(refusal(file("a.xml", skewed)), "places its parts by <skew>, which is not read");
   EXPECT_EQ(refusal(file("a.xml", collada(node(kShown)))), "not refused");
-  EXPECT_EQ(refusal(file("b.xml",
-                         "<amf unit='millimeter'><constellation id='1'><instance objectid='0'><rx>90</rx>"
-                         "</instance></constellation></amf>")),
-            "turns its parts (rx), which is not read");
+  const std::string turned = collada(node("<lookat>1 2 3 0 0 0 0 1 0</lookat>" + node(kShown)));
+  for (const char* name : {"a.gltf", "a.GLB"})
+    EXPECT_EQ(refusal(file(name, turned)), "holds another format than the ending of its name says") << name;
+  for (const char* name : {"a.csm", "a.obj", "a.ase", "a.x3db"})  // To these endings alone it keeps.
+    EXPECT_EQ(refusal(file(name, turned)), "holds no triangle") << name;
   for (const char* name : {"a", "a.zip", "a.dae.old"})
     EXPECT_EQ(refusal(file(name, collada(node(kShown)))), "has a name whose ending says no format") << name;
+}
+
+// assimp looks into these for it as well, past what is asked of an AMF.
+TEST_F(ReadMeshTest, AnAmfByAnotherNameIsRefused) {
+  const std::string corners =
+      "<vertex><coordinates><x>0</x><y>0</y><z>0</z></coordinates></vertex><vertex><coordinates><x>2</x><y>0</y><z>0</"
+      "z>"
+      "</coordinates></vertex><vertex><coordinates><x>0</x><y>3</y><z>0</z></coordinates></vertex>";
+  const std::string amf =
+      "<?xml version='1.0'?><amf unit='millimeter'><object id='0'><mesh><vertices>" + corners +
+      "</vertices><volume><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle></volume></mesh></object>";
+  const std::string turned = "<constellation id='1'><instance objectid='0'><rx>90</rx></instance></constellation>";
+  EXPECT_EQ(refusal(file("a.amf", amf + "</amf>")), "not refused");
+  for (const char* name : {"a.xml", "a.gltf"}) {
+    try {
+      (void)readMesh(file(name, amf + turned + "</amf>"), "the test", never);
+      ADD_FAILURE() << name << " was read";
+    } catch (const MeshError& error) {
+      EXPECT_STREQ(error.what(), "holds another format than the ending of its name says") << name;
+      EXPECT_EQ(error.remedy, "end its name with .amf, by which it is checked and read") << name;
+    }
+  }
 }
 
 // The matrix was passed over.

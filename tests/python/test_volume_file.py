@@ -2,6 +2,7 @@
 import fcntl
 import os
 import unittest
+import unittest.mock
 
 import hapticclient as haptic
 import numpy as np
@@ -49,7 +50,8 @@ class VolumeFile(OwnDaemonCase):
         self.assertTrue(self.file_of("again") == content)
 
     def test_is_refused_where_none_are_kept(self):
-        self.start()
+        with unittest.mock.patch.dict(os.environ, HAPTICD_CONFIG="/none"):  # Who runs this may have a configuration.
+            self.start()
         self.show("solid", voxel_m=0.001)
         self.assertIn("builder.cache", self.refused(haptic.Code.UNSUPPORTED, self.client.scene.volume_file, "solid"))
         # An upload asks for a volume by any of its numbers, and they are checked.

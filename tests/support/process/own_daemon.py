@@ -14,8 +14,9 @@ _PR_SET_PDEATHSIG = 1
 class OwnDaemon:
     """hapticd in a directory of its own, which has its sockets, hapticd.toml and log. Stands still until start().
 
-    DIRECTORY in the configuration is that directory; without a configuration there is the built-in one. `options` are
-    those of subprocess.Popen. close() ends it and removes the directory; it does not outlive a test that is killed.
+    DIRECTORY in the configuration is that directory; without one all is as built in, whatever whoever runs the test has
+    configured for a daemon of theirs. `options` are those of subprocess.Popen. close() ends it and removes the directory;
+    it does not outlive a test that is killed.
     """
 
     def __init__(self, program, *arguments, config="", **options):
@@ -23,11 +24,9 @@ class OwnDaemon:
         self.socket = self.directory / "control.sock"
         self.options = options
         self.process = None
-        self._command = [program, "--allow-no-rt", "--socket", self.socket, *arguments]
-        if config:
-            file = self.directory / "hapticd.toml"
-            file.write_text(config.replace("DIRECTORY", str(self.directory)))
-            self._command += ["--config", file]
+        file = self.directory / "hapticd.toml"
+        file.write_text(config.replace("DIRECTORY", str(self.directory)))
+        self._command = [program, "--allow-no-rt", "--socket", self.socket, "--config", file, *arguments]
 
     def start(self):
         """Until it is ready. Also again, on the same socket."""

@@ -244,6 +244,9 @@ class WithDaemon(Case):
             self.assertIn(how, self.run_ctl("set", f"/objects/crate/{name}", value, exit_code=1).stderr)
         self.json("set", "/objects/crate/pos", "0", "0.25", "0")
         self.assertEqual(self.json("get", "/objects/crate/pos"), [0, 0.25, 0])
+        self.assertEqual(self.json("set", "/objects/crate/velocity", "0.05", "0", "0"), [0.05, 0, 0])
+        self.assertEqual(self.json("set", "/objects/crate/pos", "0", "0.25", "0"), [0, 0.25, 0])
+        self.assertEqual(self.json("get", "/objects/crate/velocity"), [0, 0, 0])  # So says docs/scenes.md.
         self.assertIn("/objects/nobody", self.run_ctl("get", "/objects/nobody/pos", exit_code=1).stderr)
         self.assertIn("nobody", self.run_ctl("remove", "tetra", "nobody", exit_code=1).stderr)
         self.assertEqual(len(self.json("objects")), 2, "none goes where one is not there")

@@ -123,6 +123,15 @@ class Pushes(unittest.TestCase):
                 (session.push_force, {"force": (0, 0, 1), "lease_s": float("nan")}, "^lease_s: nan is no time"),
                 (session.push_force, {"force": (0, 0, 1), "lease_s": float("inf")}, "^lease_s: inf is no time"),
                 (session.push_intent, {"p": (0, 0, 1), "q": (1, 0, 0)}, "^q: 4 numbers"),
+                (session.push_intent, {"p": (0, 0, 1), "gripper_rad": "shut"}, "^gripper_rad: must be real number, not str$"),
+                (session.clear_model, {"slot": "first"}, "^slot: 'str' object "),
+                *((push, {"object_id": wrong, **rest}, words)
+                  for push, rest in ((session.push_object_pose, {"p": (0, 0, 0)}), (session.push_object_flags, {"mask": 1, "value": 1}),
+                                     (session.push_object_material, {"material": (500, 1)}),
+                                     (session.push_object_vertices, {"indices": [0], "places": [(0, 0, 0)]}))
+                  for wrong, words in (("ball", r"^object_id: a number is needed, not 'ball'; Scene\.find\('ball'\)\.id is its$"),
+                                       (1.0, "^object_id: a whole number is needed, not 1.0$"),
+                                       (2**32, "^object_id: 4294967296 is out of range$"))),
                 (session.push_spring, {"origin": (0, 0, 0), "material": 1000}, "^material: haptic.Material"),
                 (scene.create, {"name": "a", "pose": (0, 0, 1)}, r"^pose: haptic.Pose\(\(x, y, z\)\)"),
                 (scene.create, {"name": "a", "shape": "sphere"}, "^'sphere' is none of ShapeKind.GROUP, ShapeKind.PLANE, "),

@@ -15,11 +15,16 @@ vec3 = f64 * 3
 
 
 class Struct(c.Structure):
-    """A structure whose `size`, if it has one, is set when it is made here. Numbers that do not fit are refused."""
+    """A structure whose `size`, if it has one, is set when it is made here. Numbers that do not fit are refused by name."""
 
     def __init__(self, **fields: Any) -> None:
-        super().__init__(**fields)
-        for name, value in fields.items():  # ctypes cuts off what is too long: slot 2^32 would be slot 0.
+        super().__init__()
+        for name, value in fields.items():
+            try:
+                setattr(self, name, value)
+            except TypeError as error:  # It does not say which.
+                raise TypeError(f"{name}: {error}") from None
+            # ctypes cuts off what is too long: slot 2^32 would be slot 0.
             if hasattr(value, "__index__") and operator.index(value) != (getattr(self, name) or 0):  # numpy's, too
                 raise ValueError(f"{name}: {value} is out of range")
         if any(name == "size" and kind is u32 for name, kind in self._fields_):

@@ -12,7 +12,10 @@ import numpy.typing as npt
 
 def whole(value: SupportsIndex, bits: int, what: str) -> int:
     """A number from 0 that fits; ctypes cuts off what is too long: mesh 2^64 + 5 would be mesh 5."""
-    given = operator.index(value)
+    try:
+        given = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{what}: a whole number is needed, not {value!r}") from None
     if not 0 <= given < 1 << bits:
         raise ValueError(f"{what}: {given} is out of range")
     return given

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from typing import Any, Optional
+from typing import Any, Optional, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +33,13 @@ def raw_material(material: Material) -> Any:
         return _abi.Material(**Material(*material)._asdict())
     except TypeError:
         raise TypeError(f"material: haptic.Material(N/m, N s/m, mu_s, mu_d) is needed, not {material!r}") from None
+
+
+def _object(object_id: SupportsIndex) -> int:
+    """Its number. Who gives its name, as Scene takes it, is told where that has one."""
+    if isinstance(object_id, str):
+        raise TypeError(f"object_id: a number is needed, not {object_id!r}; Scene.find({object_id!r}).id is its")
+    return arrays.whole(object_id, 32, "object_id")
 
 
 class Session(Handle):
@@ -252,19 +259,20 @@ class Session(Handle):
                          v: Sequence[float] = (0, 0, 0), w: Sequence[float] = (0, 0, 0), *, latest: bool = False,
                          at_tick: int = 0) -> int:
         """Moves an object; the servo goes on with the velocity until the next push."""
-        command = _abi.ObjectPose(object=object_id, p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4), v=arrays.vector(v, "v"), w=arrays.vector(w, "w"))
+        command = _abi.ObjectPose(object=_object(object_id), p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4),
+                                  v=arrays.vector(v, "v"), w=arrays.vector(w, "w"))
         return self._push(_lib.haptic_push_object_pose, command, latest, at_tick)
 
     def push_object_material(self, object_id: int, material: Material, *, latest: bool = False,
                              at_tick: int = 0) -> int:
         """Changes how an object feels from one tick to the next."""
-        command = _abi.ObjectMaterial(object=object_id, material=raw_material(material))
+        command = _abi.ObjectMaterial(object=_object(object_id), material=raw_material(material))
         return self._push(_lib.haptic_push_object_material, command, latest, at_tick)
 
     def push_object_flags(self, object_id: int, mask: int, value: int, *, latest: bool = False,
                           at_tick: int = 0) -> int:
         """Sets the masked bits of ObjectFlag to those of `value`."""
-        command = _abi.ObjectFlags(object=object_id, mask=mask, value=value)
+        command = _abi.ObjectFlags(object=_object(object_id), mask=mask, value=value)
         return self._push(_lib.haptic_push_object_flags, command, latest, at_tick)
 
     def push_object_vertices(self, object_id: int, indices: npt.ArrayLike, places: npt.ArrayLike, *,
@@ -285,7 +293,7 @@ class Session(Handle):
             raise HapticError(Code.WOULD_BLOCK, "push", f"{RING} commands wait to be taken", "wait until space is enough")
         seq = 0
         for first in range(0, len(index), 26):
-            command = _abi.ObjectVertices(object=object_id, count=min(26, len(index) - first))
+            command = _abi.ObjectVertices(object=_object(object_id), count=min(26, len(index) - first))
             for i in range(command.count):
                 command.move[i].index = int(index[first + i])
                 command.move[i].p = (ctypes.c_float * 3)(*place[first + i])

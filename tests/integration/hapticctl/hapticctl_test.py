@@ -156,6 +156,7 @@ class WithDaemon(Case):
     def test_mistakes_are_told_in_the_words_of_the_command_line(self):
         path = self.file("word.stl", stl(["0 0 0", "2 0 0", "0 3 0", "0 0 5"]))
         self.run_ctl("load", path, "--scale", "mm")
+        self.run_ctl("add", "box", "--size", "1cm,1cm,1cm", "--name", "crate")
         for command, expected in ((["load", path, "--scale", "mm"], ("--name", "'word'", "--replace")),
                                   (["add", "plane", "--name", "word"], ("--name", "'word'", "--replace")),
                                   (["add", "plane", "--name", "a b"], ("--name: byte 1",)),
@@ -164,12 +165,13 @@ class WithDaemon(Case):
                                   (["add", "plane", "--friction", "9"], ("--friction: 9 is not between",)),
                                   (["load", path, "--scale", "30", "--name", "far"], (f"{path}: vertex", "check the scale")),
                                   (["export", "word", "x.vdb"], ("word: it has no volume", "--voxel")),
+                                  (["export", "crate", "x.vdb"], ("crate: it is no mesh", "hapticctl load --voxel")),
                                   (["info", "sim://falcon"], ("neither open nor found", "hapticctl monitor 'sim://falcon'"))):
             said = self.run_ctl(*command, exit_code=1).stderr
             for words in expected:
                 self.assertIn(words, said, command)
         self.assertIn("make its folder first", self.run_ctl("record", "/nowhere/x.hrec", exit_code=5).stderr)
-        self.run_ctl("remove", "word")
+        self.run_ctl("remove", "word", "crate")
 
     def test_lengths_have_units(self):
         made = self.run_ctl("add", "sphere", "--size", "10mm", "--at", "-30cm,0,10in", "--name", "bead")

@@ -11,7 +11,9 @@
  * World frame: right-handed, x toward the operator, y to the operator's right, z up; SI units; quaternions w, x, y, z;
  * times are CLOCK_MONOTONIC nanoseconds. Other axes: frames.h.
  *
- * A call is haptic_<thing>_<verb>; without a thing it concerns the connection or the whole daemon: haptic_stop().
+ * A call is haptic_<thing>_<what it does or gives>: haptic_session_arm(), haptic_object_volume_file(). What sends or
+ * converts is haptic_push_<what>, on a session, haptic_upload_<what>, haptic_convert_<what>. The others are about the
+ * connection, the daemon with its devices or the library: haptic_connect(), haptic_stop(), haptic_version().
  *
  * - base.h     errors, ownership, common types
  * - client.h   the connection, resources by name

@@ -5,6 +5,7 @@ commands that the programs accept.
 Usage: docs.py SOURCE [BUILD]. Without BUILD commands are not tried. Prints each breach and exits 1.
 """
 import fnmatch
+import io
 import os
 import pathlib
 import re
@@ -12,6 +13,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import tokenize
 
 ROOMS = "proto|rt|drivers|daemon|libclient|tools|tests|systemd|docs|examples"
 PROGRAMS = {"hapticctl": "tools/hapticctl/hapticctl", "haptic-bench": "tools/haptic-bench/haptic-bench"}
@@ -56,10 +58,15 @@ def names(page, root, tests):
 
 
 def library(root):
-    """All words of the client library's headers and of its Python."""
-    sources = [*(root / "libclient/include/hapticclient").iterdir(), *(root / "libclient/python/hapticclient").glob("*.py"),
-               *(root / "tools/haptic-bench/algorithm").glob("*.h")]
-    return set(re.findall(r"\w+", "".join(source.read_text(encoding="utf-8") for source in sources)))
+    """All words of the client library's headers and of its Python, but for those in comments and texts."""
+    headers = [*(root / "libclient/include/hapticclient").iterdir(), *(root / "tools/haptic-bench/algorithm").glob("*.h")]
+    known = set()
+    for header in headers:
+        known.update(re.findall(r"\w+", re.sub(r"/\*.*?\*/|//[^\n]*|\"[^\"\n]*\"", " ", header.read_text(encoding="utf-8"), flags=re.S)))
+    for module in (root / "libclient/python/hapticclient").glob("*.py"):
+        words = tokenize.generate_tokens(io.StringIO(module.read_text(encoding="utf-8")).readline)
+        known.update(word.string for word in words if word.type == tokenize.NAME)
+    return known
 
 
 def code(page, known):

@@ -150,6 +150,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
     const auto cycle = makeCycle(start, link.meshes());
     cycle->tellOn(former);
     servo.replaceCycle(*cycle);
+    servo.publishPoses();  // with counts of changes that begin anew
     scene_.madeAnew(link);
     link.forgetSceneOrders();
     servo.log.store(&(*recorder)->log(), std::memory_order_release);

@@ -44,8 +44,6 @@ struct ObjectFlags {
   bool enabled = true;
   bool visible = true;
   bool two_sided = false;
-
-  bool operator==(const ObjectFlags&) const = default;
 };
 
 struct ObjectSpec {

@@ -88,7 +88,7 @@ Result<void> SceneModel::setPose(std::string_view name, Pose X_PO) {
   refresh(*object);
   object->spec.X_PO = X_PO;
   object->V_PO = {};
-  postPart(*object, kPlace);
+  postPart(*object, SceneObject::kPlace);
   changed(object->spec.name, "pose");
   return {};
 }
@@ -106,7 +106,7 @@ Result<void> SceneModel::setVelocity(std::string_view name, const Twist& V_PO) {
   if (auto r = accepting(); !r) return r;
   refresh(*object);
   object->V_PO = V_PO;
-  postPart(*object, kPlace);
+  postPart(*object, SceneObject::kPlace);
   changed(object->spec.name, "velocity");
   return {};
 }
@@ -118,7 +118,7 @@ Result<void> SceneModel::setMaterial(std::string_view name, const hd_material& m
   if (auto r = accepting(); !r) return r;
   refresh(*object);
   object->spec.material = material;
-  postPart(*object, kMaterial);
+  postPart(*object, SceneObject::kMaterial);
   changed(object->spec.name, "material");
   return {};
 }
@@ -219,7 +219,7 @@ Result<void> SceneModel::setFlags(std::string_view name, const ObjectFlags& flag
   if (auto r = accepting(); !r) return r;
   refresh(*object);
   object->spec.flags = flags;
-  postPart(*object, kFlags);
+  postPart(*object, SceneObject::kFlags);
   changed(object->spec.name, "flags");
   return {};
 }

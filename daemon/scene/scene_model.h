@@ -100,13 +100,15 @@ class SceneModel {
   [[nodiscard]] std::vector<Command> orders(std::int64_t period_ns);
 
  private:
-  /** What clients change through their rings, too; each by itself. */
-  enum Part : std::size_t { kPlace, kMaterial, kFlags, kParts };
-  struct Shared {
-    Pose X_PO;
-    Twist V_PO;
-    hd_material material{};
-    ObjectFlags flags;
+  using Part = SceneObject::Part;
+  static constexpr std::array kAllParts{SceneObject::kPlace, SceneObject::kMaterial, SceneObject::kFlags};
+
+  /** Of one part of an object in one servo. */
+  struct Known {
+    std::uint64_t ticket = 0;        ///< Of the last order about it.
+    std::uint32_t client_edits = 0;  ///< Changes by that servo's clients taken over so far.
+    bool behind = false;             ///< It is to be told what others changed.
+    bool crossed = false;  ///< Not looked at since that order: whether a change came before or after it is not known.
   };
 
   struct Object {
@@ -115,10 +117,8 @@ class SceneModel {
     std::uint32_t id = 0;
     std::uint32_t parent_slot = 0;
     Twist V_PO;
-    std::int64_t effect_until_ns = 0;  ///< 0: it does not end.
-    Shared told;                       ///< To every servo: where one has another its clients have changed that.
-    std::array<std::array<std::uint64_t, kParts>, kMaxGroups> edit{};  ///< Tickets of the last orders, by sink.
-    std::array<std::uint32_t, kMaxGroups> client_edits{};  ///< Changes by that servo's clients handed on so far.
+    std::int64_t effect_until_ns = 0;                                        ///< 0: it does not end.
+    std::array<std::array<Known, SceneObject::kParts>, kMaxGroups> known{};  ///< By sink.
   };
 
   Object* lookUp(std::string_view name);
@@ -126,7 +126,9 @@ class SceneModel {
   Result<void> accepting() const;
   Result<void> checkShapeMesh(const ShapeSpec& shape, const std::string& where) const;
   void post(Object& object, const Command& command);
-  void postPart(Object& object, Part part, const CommandSink* but = nullptr);
+  /** As it now is, to every servo. */
+  void postPart(Object& object, Part part);
+  void postPart(Object& object, Part part, std::size_t sink);
   /** Each object in turn, parents first, with the orders that make it for a servo of that period. */
   void replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give);
   void postSurface(const Object& object);
@@ -150,9 +152,7 @@ class SceneModel {
   void follow(Object& object);
   /** What stands there in that servo, if our own orders about that part have passed. */
   [[nodiscard]] bool posed(const Object& object, std::size_t sink, Part part, PosedObject& out) const;
-  static Shared sharedOf(const PosedObject& posed);
-  static bool differ(const Shared& a, const Shared& b, Part part);
-  static void takeOver(const Shared& now, Part part, Object& object);
+  static void takeOver(const PosedObject& now, Part part, Object& object);
   ObjectNow describe(std::uint32_t slot);
   Pose worldPoseOf(std::uint32_t slot);
   std::string pathOf(std::uint32_t slot) const;

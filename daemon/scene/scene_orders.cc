@@ -29,13 +29,11 @@ void visitKinds(Visit&& visit, std::index_sequence<kNumbers...>) {
 void SceneModel::attach(CommandSink& sink) {
   const auto free = std::find(sinks_.begin(), sinks_.end(), nullptr);
   if (free == sinks_.end()) return;
-  *free = &sink;
   if (!gravity_.isZero(0)) (void)sink.post(gravityCommand());
   const auto index = static_cast<std::size_t>(free - sinks_.begin());
-  replay(sink.periodNs(), [&](Object& object, const Command& command) {
-    object.client_edits[index] = 0;
-    object.edit[index].fill(sink.post(command));
-  });
+  replay(sink.periodNs(),
+         [&](Object& object, const Command& command) { object.known[index].fill({.ticket = sink.post(command)}); });
+  *free = &sink;  // Only now: what clients changed meanwhile would go to it before the object itself.
 }
 
 std::vector<Command> SceneModel::orders(std::int64_t period_ns) {
@@ -87,11 +85,10 @@ Result<void> SceneModel::accepting() const {
 
 void SceneModel::post(Object& object, const Command& command) {
   const bool made = command.kind == CommandKind::kAddObject;
-  if (made) object.told = {object.spec.X_PO, object.V_PO, object.spec.material, object.spec.flags};
   for (std::size_t i = 0; i < sinks_.size(); ++i) {
     if (sinks_[i] == nullptr) continue;
     const std::uint64_t ticket = sinks_[i]->post(command);
-    if (made) object.edit[i].fill(ticket);
+    if (made) object.known[i].fill({.ticket = ticket});
   }
 }
 

@@ -21,7 +21,8 @@ struct PosedObject {
   std::uint32_t flags = 0;   ///< hd_object_flag
   std::uint64_t tick = 0;    ///< Of that cycle.
   std::uint32_t control_applied = 0;  ///< ServoCounters::control_applied at that cycle.
-  std::uint32_t client_edits = 0;     ///< Of the object, by clients of this servo's rings; wraps.
+  /** Of each part of the object, by clients of this servo's rings; wrap. */
+  std::array<std::uint32_t, SceneObject::kParts> client_edits{};
   hd_material material{};
   double p_PO[3] = {}, q_PO[4] = {};            ///< In the parent.
   double v_PO[3] = {}, w_PO[3] = {};            ///< In the parent's frame.

@@ -39,6 +39,20 @@ bool isValid(const EffectParameters& e) HD_RT {
          (e.reach > 0 || e.kind == static_cast<std::uint32_t>(EffectKind::kNone));
 }
 
+/** What such a command changes of an object; kParts: something that only control changes, or vertices. */
+SceneObject::Part partOf(CommandKind kind) HD_RT {
+  switch (kind) {
+    case CommandKind::kObjectPose:
+      return SceneObject::kPlace;
+    case CommandKind::kObjectMaterial:
+      return SceneObject::kMaterial;
+    case CommandKind::kObjectFlags:
+      return SceneObject::kFlags;
+    default:
+      return SceneObject::kParts;
+  }
+}
+
 bool isZero(const Twist& V) HD_RT { return V.v.isZero(0) && V.w.isZero(0); }
 
 bool same(const Pose& a, const Pose& b) HD_RT { return a.p == b.p && a.q.coeffs() == b.q.coeffs(); }
@@ -76,10 +90,10 @@ SceneObject* Scene::findMutable(std::uint32_t id) HD_RT { return const_cast<Scen
 
 ErrorCode Scene::apply(const Command& command) HD_RT {
   const ErrorCode code = change(command);
-  const bool watched = command.kind == CommandKind::kObjectPose || command.kind == CommandKind::kObjectMaterial ||
-                       command.kind == CommandKind::kObjectFlags;
-  if (code == ErrorCode::kOk && watched && command.session != kControlSession) {
-    if (SceneObject* object = findMutable(command.as<ObjectRef>().object)) ++object->client_edits;  // they start alike
+  const SceneObject::Part part = partOf(command.kind);
+  if (code == ErrorCode::kOk && part != SceneObject::kParts && command.session != kControlSession) {
+    SceneObject* const object = findMutable(command.as<ObjectRef>().object);  // Such commands start alike.
+    if (object) ++object->client_edits[part];
   }
   return code;
 }

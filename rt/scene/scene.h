@@ -29,16 +29,19 @@ struct Shape {
 
 /** One slot of the scene. */
 struct SceneObject {
-  std::uint32_t id = 0;            ///< 0: the slot is free.
-  std::uint32_t parent = 0;        ///< Slot; 0 is the root.
-  std::uint32_t flags = 0;         ///< hd_object_flag
-  std::uint32_t client_edits = 0;  ///< Changes by clients through their rings; wraps.
-  Pose X_PO;                       ///< In the parent.
-  Twist V_PO;                      ///< Velocity in the parent's frame, about the object's origin.
-  Pose X_WO;                       ///< In the world, this tick: set by place().
-  Mat3 R_WO = Mat3::Identity();    ///< Its rotation: a tick of the renderer turns a dozen vectors.
-  Pose X_WO_before;                ///< In the world, the tick before: contact sweeps relative to it.
-  Twist V_WO;                      ///< Velocity of the frame's origin and its rotation, in the world.
+  /** What clients change through their rings, too; each by itself. */
+  enum Part : std::uint32_t { kPlace, kMaterial, kFlags, kParts };
+
+  std::uint32_t id = 0;                              ///< 0: the slot is free.
+  std::uint32_t parent = 0;                          ///< Slot; 0 is the root.
+  std::uint32_t flags = 0;                           ///< hd_object_flag
+  std::array<std::uint32_t, kParts> client_edits{};  ///< Changes of each part by clients through their rings; wrap.
+  Pose X_PO;                                         ///< In the parent.
+  Twist V_PO;                                        ///< Velocity in the parent's frame, about the object's origin.
+  Pose X_WO;                                         ///< In the world, this tick: set by place().
+  Mat3 R_WO = Mat3::Identity();                      ///< Its rotation: a tick of the renderer turns a dozen vectors.
+  Pose X_WO_before;                                  ///< In the world, the tick before: contact sweeps relative to it.
+  Twist V_WO;                                        ///< Velocity of the frame's origin and its rotation, in the world.
   Shape shape;
   hd_material material{};
   Surface surface;

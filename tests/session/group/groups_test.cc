@@ -44,6 +44,43 @@ TEST(TwoGroups, ShareTheSceneAndWhatAClientMovesMovesForBoth) {
   EXPECT_EQ(pose(1), 0.0);
 }
 
+/** A cycle made anew counts what clients change from the start; what the one before it told is not new. */
+TEST(TwoGroups, ARecordingPutsNothingBackThatTheOtherServosClientMoved) {
+  Bench bench;
+  ASSERT_NE(bench.live(), nullptr);
+  ObjectSpec spec;
+  spec.name = "ball";
+  spec.shape = {ShapeKind::kSphere, {0.01, 0, 0}, 0};
+  spec.material = kDefaultMaterial;
+  const auto id = bench.core.scene().create(spec, bench.core.client(bench.connection));
+  ASSERT_TRUE(id.ok());
+  ASSERT_TRUE(bench.core.openDevice("test://second").ok());
+  const auto other = bench.core.openSession("test://second", bench.connection, "", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(other.ok()) << toString(other.error());
+  const ClientSide side(**other);
+  ASSERT_TRUE(bench.core.sessions().mapped((*other)->id).ok());
+  bench.step(40);
+  const auto move = [&](const ClientSide& by, double z) {
+    const hd_object_pose moved = poseMessage(*id, {{0, 0, z}, Quat::Identity()});
+    std::uint64_t seq = 0;
+    ASSERT_EQ(by.producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&moved, 1)), 0, seq), ErrorCode::kOk);
+  };
+  move(*bench.client, 0.1);
+  bench.step(60);
+  side.producer->heartbeat(bench.clock.now());
+  move(side, 0.2);
+  DeviceGroup& second = bench.core.devices().links()[1]->group();
+  for (int i = 0; i < 5; ++i) second.step();  // Control has not looked yet.
+  const auto recording = bench.core.record("test://first", bench.administration);
+  ASSERT_TRUE(recording.ok()) << toString(recording.error());
+  bench.core.poll();
+  bench.step(60);
+  for (const auto& link : bench.core.devices().links())
+    EXPECT_EQ(link->group().servo().cycle().scene().find(*id)->X_PO.p.z(), 0.2) << link->name();
+  EXPECT_EQ(bench.core.scene().find("ball")->spec.X_PO.p.z(), 0.2);
+  bench.core.recordings().drop(recording->id);
+}
+
 TEST(TwoGroups, ABodyThatOneHandPushesMovesForTheOther) {
   Bench bench;
   const Client& by = bench.core.client(bench.administration);

@@ -35,7 +35,8 @@ TEST(FreeBodies, AToolPushesOneAwayAndTheSceneFollows) {
   double strongest = 0;
   for (const DeviceCommand& c : house.sent) strongest = std::max(strongest, c.force.x());
   EXPECT_GT(strongest, 0.1) << "and felt";
-  EXPECT_GT(seen(house, kRolled).client_edits, 0u) << "so that control and other groups take over where it is";
+  EXPECT_GT(seen(house, kRolled).client_edits[SceneObject::kPlace], 0u)
+      << "so that control and other groups take over where it is";
   EXPECT_LT(seen(house, kRolled).V_WO.v.x(), -0.02);
   EXPECT_EQ(house.told(ServoEventKind::kTouch), 1);
   EXPECT_GT(house.out().guard.energy, -1e-3);

@@ -36,6 +36,11 @@ class SceneModelTest : public ::testing::Test {
     posed.q_PO[0] = 1;
     return posed;
   }
+  /** By a client of that servo. */
+  static void move(FakeSink& servo, double x) {
+    servo.board.p_PO[0] = x;
+    ++servo.board.client_edits[SceneObject::kPlace];
+  }
   std::vector<CommandKind> kinds(const FakeSink& of) const {
     std::vector<CommandKind> out;
     for (const Command& c : of.orders) out.push_back(c.kind);
@@ -260,14 +265,13 @@ TEST_F(SceneModelTest, WhoMovesAnObjectPutsNothingBackThatOthersChange) {
     each->taken = 1;  // Only what made it.
   }
   second.board.flags = HD_OBJECT_ENABLED;
-  ++second.board.client_edits;
-  for (int i = 1; i <= 3; ++i) {  // Faster than the second servo tells of what it was told.
-    sink.board.p_PO[0] = 0.01 * i;
-    ++sink.board.client_edits;
+  ++second.board.client_edits[SceneObject::kFlags];
+  for (int i = 1; i <= 3; ++i) {
+    move(sink, 0.01 * i);
     scene.followClients();
   }
   constexpr auto kAdd = CommandKind::kAddObject, kPose = CommandKind::kObjectPose;
-  EXPECT_THAT(kinds(second), testing::ElementsAre(kAdd, kPose, kPose, kPose));
+  EXPECT_THAT(kinds(second), testing::ElementsAre(kAdd, kPose));
   ASSERT_THAT(kinds(sink), testing::ElementsAre(kAdd, CommandKind::kObjectFlags));
   EXPECT_EQ(sink.orders.back().as<hd_object_flags>().value, HD_OBJECT_ENABLED + 0u);
   EXPECT_EQ(scene.find("heart")->spec.X_PO.p.x(), 0.03);
@@ -282,11 +286,110 @@ TEST_F(SceneModelTest, WhatIsChangedAfterACycleWasMadeAnewIsHandedOn) {
   sink.taken = second.taken = 1;
   for (const double x : {0.1, 0.2}) {
     sink.board.p_PO[0] = x;
-    sink.board.client_edits = 1;
+    sink.board.client_edits[SceneObject::kPlace] = 1;
     scene.followClients();
     ASSERT_EQ(second.orders.back().kind, CommandKind::kObjectPose);
     EXPECT_EQ(second.orders.back().as<hd_object_pose>().p[0], x);
+    second.taken = second.orders.size();
     scene.madeAnew(sink);
+  }
+}
+
+/** On a conveyor, say: that its place is another than it was is nobody's edit. */
+TEST_F(SceneModelTest, AnEditOfOnePartHandsOnNoOtherThatMovesByItself) {
+  FakeSink second;
+  scene.attach(second);
+  const auto id = *scene.create(sphere("parcel"), client(1));
+  for (FakeSink* each : {&sink, &second}) {
+    each->board = asMade(id);
+    each->board.p_PO[0] = 0.001;
+    each->board.v_PO[0] = 0.1;
+    each->taken = 1;
+  }
+  move(second, 0.5);
+  sink.board.material.stiffness = 123;
+  ++sink.board.client_edits[SceneObject::kMaterial];
+  scene.followClients();
+  ASSERT_THAT(kinds(second), testing::ElementsAre(CommandKind::kAddObject, CommandKind::kObjectMaterial));
+  ASSERT_THAT(kinds(sink), testing::ElementsAre(CommandKind::kAddObject, CommandKind::kObjectPose));
+  EXPECT_EQ(sink.orders.back().as<hd_object_pose>().p[0], 0.5);
+  EXPECT_EQ(scene.find("parcel")->spec.X_PO.p.x(), 0.5);
+}
+
+TEST_F(SceneModelTest, ALateServoHearsOfAnObjectBeforeWhatClientsChangeOfIt) {
+  sink.board = asMade(*scene.create(sphere("heart"), client(1)));
+  sink.taken = 1;
+  move(sink, 0.3);
+  FakeSink late;
+  scene.attach(late);
+  ASSERT_THAT(kinds(late), testing::ElementsAre(CommandKind::kAddObject));
+  EXPECT_EQ(late.orders[0].as<AddObject>().p[0], 0.3);
+}
+
+/** A servo four times slower than the one whose clients move things gets no more orders than it takes. */
+TEST_F(SceneModelTest, AServoThatLagsIsToldTheNewestWhenItHasTakenTheLast) {
+  FakeSink slow;
+  scene.attach(slow);
+  sink.board = asMade(*scene.create(sphere("heart"), client(1)));
+  sink.taken = slow.taken = 1;
+  for (int i = 1; i <= 100; ++i) {
+    move(sink, 0.01 * i);
+    scene.followClients();
+  }
+  ASSERT_EQ(slow.orders.size(), 2u);
+  EXPECT_EQ(slow.orders.back().as<hd_object_pose>().p[0], 0.01);
+  slow.taken = 2;
+  scene.followClients();
+  ASSERT_EQ(slow.orders.size(), 3u);
+  EXPECT_EQ(slow.orders.back().as<hd_object_pose>().p[0], 1);
+  slow.taken = 3;
+  scene.followClients();
+  EXPECT_EQ(slow.orders.size(), 3u) << "it knows";
+}
+
+TEST_F(SceneModelTest, AServoThatTookNoOrdersIsToldWhenItDoesAgain) {
+  FakeSink stuck;
+  scene.attach(stuck);
+  sink.board = asMade(*scene.create(sphere("heart"), client(1)));
+  sink.taken = stuck.taken = 1;
+  stuck.board = sink.board;
+  stuck.accepts = false;
+  move(sink, 0.4);
+  scene.followClients();
+  EXPECT_EQ(stuck.orders.size(), 1u);
+  EXPECT_EQ(scene.find("heart")->spec.X_PO.p.x(), 0.4);
+  stuck.accepts = true;
+  scene.followClients();
+  ASSERT_EQ(stuck.orders.size(), 2u);
+  EXPECT_EQ(stuck.orders.back().as<hd_object_pose>().p[0], 0.4);
+}
+
+/** What a servo shows after an order of ours may be that order, though its clients have changed something, too. */
+TEST_F(SceneModelTest, AnEditThatCrossedAnOrderPutsNothingNewerBack) {
+  for (const bool first : {true, false}) {  // Whichever servo comes first.
+    SCOPED_TRACE(first);
+    MeshStore none;
+    SceneModel world(none);
+    FakeSink mover, crossed;
+    world.attach(first ? mover : crossed);
+    world.attach(first ? crossed : mover);
+    mover.board = crossed.board = asMade(*world.create(sphere("heart"), client(1)));
+    mover.taken = crossed.taken = 1;
+    move(mover, 0.1);
+    world.followClients();
+    ASSERT_EQ(crossed.orders.size(), 2u);
+    crossed.taken = 2;
+    move(crossed, 0.1);  // Its client's edit came before the order.
+    move(mover, 0.2);
+    world.followClients();
+    EXPECT_EQ(mover.orders.size(), 1u);
+    ASSERT_EQ(crossed.orders.size(), 3u);
+    EXPECT_EQ(crossed.orders.back().as<hd_object_pose>().p[0], 0.2);
+    crossed.taken = 3;
+    move(crossed, 0.3);  // Or after it.
+    world.followClients();
+    ASSERT_EQ(mover.orders.size(), 2u);
+    EXPECT_EQ(mover.orders.back().as<hd_object_pose>().p[0], 0.3);
   }
 }
 

@@ -12,6 +12,10 @@ namespace {
 
 constexpr int kSettled = 60;  ///< Periods, in which every servo has taken every order and has told what it holds.
 constexpr std::uint32_t kMostOwned = 12;
+constexpr std::uint32_t kStranger = 3000;  ///< A user who owns nothing.
+constexpr double kSpeed = 2e-3;            ///< Of what moves by itself, at most along each axis [m/s],
+constexpr double kNear = 2e-3;             ///< so that all servos agree so well about where it is [m],
+constexpr double kNearTurned = 1e-6;       ///< and how it is turned [rad].
 
 /** An object as it must be. */
 struct Thing {
@@ -20,7 +24,9 @@ struct Thing {
   std::uint32_t uid = 0;
   bool keep = false;
   std::uint32_t id = 0;
-  Vec3 p;
+  Pose X;
+  Vec3 v = Vec3::Zero();
+  std::int64_t since_ns = 0;  ///< It is there since then, and moves on so.
   ShapeKind kind = ShapeKind::kGroup;
   double size = 0, stiffness = 0;
   ObjectFlags flags;
@@ -66,8 +72,12 @@ class SharedWorld {
       case 7:
       case 8:
         return edit([&](const std::string& name, Thing& thing) {
-          thing.p = random_.vector(0.1);
-          return scene().setPose(name, Pose{thing.p, Quat::Identity()});
+          if (random_.once(3)) {
+            put(thing, placeOf(thing), random_.vector(kSpeed));
+            return scene().setVelocity(name, {thing.v, Vec3::Zero()});
+          }
+          put(thing, random_.pose(0.1));
+          return scene().setPose(name, thing.X);
         });
       case 9:
         return edit([&](const std::string& name, Thing& thing) {
@@ -95,7 +105,10 @@ class SharedWorld {
 
   void step(int periods) {
     for (; periods > 0; --periods) {
-      for (const auto& link : bench_.core.devices().links()) link->group().step();
+      for (const auto& link : bench_.core.devices().links()) {
+        link->group().step();
+        seeNothingRefused(*link);
+      }
       for (const auto& one : players_) {
         if (one->side) one->side->producer->heartbeat(bench_.clock.now());
       }
@@ -114,7 +127,7 @@ class SharedWorld {
       EXPECT_EQ(now->spec.parent, thing.parent) << name;
       EXPECT_EQ(now->spec.keep, thing.keep) << name;
       EXPECT_EQ(now->owner, thing.connection == 0 ? "" : nameOf(thing.connection)) << name;
-      EXPECT_EQ(now->spec.X_PO.p, thing.p) << name;
+      expectThere(now->spec.X_PO, now->V_PO, thing, name);
       EXPECT_EQ(now->spec.shape.kind, thing.kind) << name;
       EXPECT_EQ(now->spec.material.stiffness, thing.stiffness) << name;
       EXPECT_EQ(bits(now->spec.flags), bits(thing.flags)) << name;
@@ -126,7 +139,7 @@ class SharedWorld {
         const SceneObject* const object = held.find(thing.id);
         ASSERT_NE(object, nullptr) << name << " in " << link->name();
         EXPECT_EQ(held.slot(object->parent).id, thing.parent.empty() ? 0 : things_.at(thing.parent).id) << name;
-        EXPECT_EQ(object->X_PO.p, thing.p) << name << " in " << link->name();
+        expectThere(object->X_PO, object->V_PO, thing, name + " in " + link->name());
         EXPECT_EQ(object->shape.kind, thing.kind) << name << " in " << link->name();
         EXPECT_EQ(object->material.stiffness, thing.stiffness) << name << " in " << link->name();
         EXPECT_EQ(object->flags, bits(thing.flags)) << name << " in " << link->name();
@@ -149,6 +162,29 @@ class SharedWorld {
     constexpr ShapeKind kKinds[] = {ShapeKind::kGroup, ShapeKind::kPlane, ShapeKind::kSphere, ShapeKind::kBox};
     thing.kind = kKinds[random_.below(4)];
     thing.size = random_.in(0.001, 0.1);
+  }
+  void put(Thing& thing, const Pose& X, const Vec3& v = Vec3::Zero()) {
+    thing.X = X;
+    thing.v = v;
+    thing.since_ns = bench_.clock.now();
+  }
+  Pose placeOf(const Thing& thing) {
+    return {thing.X.p + thing.v * (static_cast<double>(bench_.clock.now() - thing.since_ns) * 1e-9), thing.X.q};
+  }
+  void expectThere(const Pose& X, const Twist& V, const Thing& thing, const std::string& where) {
+    const Pose expected = placeOf(thing);
+    EXPECT_LT((X.p - expected.p).norm(), kNear) << where;
+    EXPECT_LT(X.q.angularDistance(expected.q), kNearTurned) << where;
+    EXPECT_EQ(V.v, thing.v) << where;
+  }
+  /** Here the servo is no thread: both ends of its events are ours. */
+  static void seeNothingRefused(GroupLink& link) {
+    auto& events = link.group().servo().events;
+    ServoEvent event;
+    for (std::uint32_t left = events.size(); left > 0 && events.pop(event); --left) {
+      EXPECT_NE(event.kind, ServoEventKind::kCommandRefused) << link.name() << ": order " << event.order;
+      (void)events.push(event);
+    }
   }
   bool isBelow(std::string name, const std::string& above) {
     for (; !name.empty(); name = things_.at(name).parent) {
@@ -211,11 +247,15 @@ class SharedWorld {
     ++inherited_;
     const auto now = scene().find(name);
     ASSERT_TRUE(now.ok()) << name << " carries what stays";
+    const auto refused = scene().remove(name, Client{.uid = kStranger});
+    ASSERT_FALSE(refused.ok());
+    const std::string whose = refused.error().what;  // Of those who have left nothing else tells the user.
     for (const std::string& other : below(name)) {
       const Thing& carried = things_.at(other);
       if (other == name || (carried.connection == gone && !carried.keep)) continue;
       const std::uint64_t heir = carried.connection == gone ? 0 : carried.connection;
       if (now->owner != (heir == 0 ? "" : nameOf(heir)) || now->spec.keep != carried.keep) continue;
+      if (!whose.ends_with("user " + std::to_string(carried.uid))) continue;
       thing.connection = heir;
       thing.keep = carried.keep;
       thing.uid = carried.uid;
@@ -233,14 +273,14 @@ class SharedWorld {
     thing.connection = by->connection;
     thing.uid = by->uid;
     thing.keep = random_.once(6);
-    thing.p = random_.vector(0.1);
+    put(thing, random_.pose(0.1));
     thing.stiffness = random_.in(1, 1000);
     thing.flags = flags();
     shape(thing);
     ObjectSpec spec;
     spec.name = name;
     spec.parent = thing.parent;
-    spec.X_PO.p = thing.p;
+    spec.X_PO = thing.X;
     spec.shape = {thing.kind, Vec3::Constant(thing.size), 0};
     spec.material = {thing.stiffness, 0.5, 0, 0};
     spec.flags = thing.flags;
@@ -311,8 +351,8 @@ class SharedWorld {
     };
     switch (what) {
       case 0:
-        thing.p = random_.vector(0.1);
-        return give(HD_COMMAND_OBJECT_POSE, poseMessage(thing.id, {thing.p, Quat::Identity()}));
+        put(thing, random_.pose(0.1), random_.once(2) ? random_.vector(kSpeed) : Vec3::Zero());
+        return give(HD_COMMAND_OBJECT_POSE, poseMessage(thing.id, thing.X, {thing.v, Vec3::Zero()}));
       case 1:
         thing.stiffness = random_.in(1, 1000);
         return give(HD_COMMAND_OBJECT_MATERIAL, hd_object_material{thing.id, 0, {thing.stiffness, 0.5, 0, 0}});
@@ -337,14 +377,16 @@ class SharedWorld {
   /** The cycle is made anew. */
   void record() {
     if (!random_.once(4)) return;  // It takes as long as a hundred of the others.
-    const auto started =
-        bench_.core.record(random_.once(2) && isOpen(kSecond) ? kSecond : kFirst, bench_.administration);
+    // Drawn before: whether the last one has ended yet is a matter of real time.
+    const char* const uri = random_.once(2) && isOpen(kSecond) ? kSecond : kFirst;
+    const int periods = random_.below(3);
+    const auto started = bench_.core.record(uri, bench_.administration);
     if (!started) {
       ASSERT_EQ(started.error().code, ErrorCode::kAlreadyExists) << toString(started.error());
       return;
     }
     ++recordings_;
-    step(random_.below(3));
+    step(periods);
     bench_.core.recordings().drop(started->id);
   }
 
@@ -359,7 +401,7 @@ class SharedWorld {
 
 TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
   int pushes = 0, servos = 0, recordings = 0, inherited = 0;
-  for (const unsigned seed : seeds(12)) {
+  for (const unsigned seed : seeds(16)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SharedWorld world(seed);
     Random pause(seed + 1000);
@@ -374,10 +416,12 @@ TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
     inherited += world.inherited();
     if (testing::Test::HasFailure()) return;
   }
-  EXPECT_GT(pushes, 100) << "else nothing was tried";
-  EXPECT_GT(servos, 20);
-  EXPECT_GT(recordings, 10);
-  EXPECT_GT(inherited, 10);
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(pushes, 100) << "else nothing was tried";
+    EXPECT_GT(servos, 20);
+    EXPECT_GT(recordings, 10);
+    EXPECT_GT(inherited, 10);
+  }
 }
 
 }  // namespace

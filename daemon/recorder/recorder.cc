@@ -75,7 +75,10 @@ void Recorder::add(PublishedTexture texture) {
 
 void Recorder::finish(const std::string& reason) {
   const std::lock_guard lock(mutex_);
-  if (!reason_) reason_ = reason;
+  if (!reason_) {
+    reason_ = reason;
+    finished_ns_.store(MonotonicClock().now(), std::memory_order_relaxed);
+  }
   changed_.notify_one();
 }
 
@@ -163,6 +166,10 @@ bool Recorder::drain(RecordingWriter& writer) {
 bool Recorder::send(std::span<const std::byte> bytes) {
   MonotonicClock clock;
   std::int64_t moved_ns = clock.now();
+  const auto enough = [&] {
+    const std::int64_t finished_ns = finished_ns_.load(std::memory_order_relaxed), now_ns = clock.now();
+    return now_ns - moved_ns > kPatienceNs || (finished_ns != 0 && now_ns - finished_ns > kPatienceNs);
+  };
   while (!bytes.empty()) {
     const ssize_t sent = ::send(stream_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent > 0) {
@@ -171,7 +178,7 @@ bool Recorder::send(std::span<const std::byte> bytes) {
       continue;
     }
     if (errno != EAGAIN && errno != EINTR) return false;
-    if (abandon_.load(std::memory_order_relaxed) || clock.now() - moved_ns > kPatienceNs) return false;
+    if (abandon_.load(std::memory_order_relaxed) || enough()) return false;
     pollfd writable{stream_.get(), POLLOUT, 0};
     (void)::poll(&writable, 1, 50);
   }

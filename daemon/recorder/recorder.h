@@ -26,7 +26,10 @@ namespace hapticd {
 class Recorder {
  public:
   static constexpr std::int64_t kFlushNs = 250'000'000;  ///< A cycle waits at most so long for its block.
-  /** The reader takes nothing for so long: given up. Less than a client waits for the answer to its stop(). */
+  /**
+   * The reader takes nothing for so long, or so long after finish() not all that was left: given up. Less than a client
+   * waits for the answer to its stop().
+   */
   static constexpr std::int64_t kPatienceNs = 4'000'000'000;
 
   /** A snapshot that cycles use from the log's cycle number `after` on: shared and sealed, or a copy. */
@@ -88,6 +91,7 @@ class Recorder {
   std::vector<Texture> textures_;          ///< Likewise.
   std::optional<std::string> reason_;      ///< Under the mutex.
   std::atomic<bool> abandon_{false};
+  std::atomic<std::int64_t> finished_ns_{0};  ///< When finish() was called; 0: not yet.
   std::atomic<bool> done_{false};
   RecordingEnd end_;
   std::thread thread_;

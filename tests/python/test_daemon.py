@@ -58,7 +58,7 @@ class Daemon(unittest.TestCase):
         i = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
         faces = np.concatenate([np.stack([i, i + 1, i + n], -1), np.stack([i + 1, i + n + 1, i + n], -1)])
         mesh = self.client.scene.upload(np.stack([x, y, 0 * x], -1).reshape(-1, 3), faces)
-        with self.client.record() as recording:
+        with haptic.Client(timeout_s=20) as patient, patient.record() as recording:
             self.assertIn("stands still", recording.stop().reason)
         self.client.scene.drop_mesh(mesh.id)
 

@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <sstream>
+#include <thread>
 
 #include "daemon/recording/reader.h"
 #include "tests/unit/builder/meshes.h"
@@ -124,6 +125,24 @@ TEST_F(RecorderTest, AFullLogEndsItAndIsCounted) {
   ASSERT_TRUE(all.end);
   EXPECT_EQ(all.end->lost, 904u);
   EXPECT_EQ(all.end->reason, "the reader of the recording was too slow");
+}
+
+/** Who stops a recording waits for 5 s: a reader that takes a little now and then does not hold up the answer. */
+TEST_F(RecorderTest, IsGivenUpInTimeThoughItsReaderTakesALittleEachSecond) {
+  std::vector<Recorder::Mesh> large(1);
+  large[0].copy.resize(std::size_t{16} << 20);
+  recorder->begin(header, std::move(large), {});
+  ASSERT_TRUE(take());
+  recorder->finish("stopped");
+  std::vector<char> some(1 << 16);
+  int rounds = 0;  // Of a second: bytes come more often than patience ends.
+  for (; rounds < 20 && !recorder->done(); ++rounds) {
+    ASSERT_GT(::read(stream.get(), some.data(), some.size()), 0);
+    for (int i = 0; i < 20 && !recorder->done(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  ASSERT_TRUE(recorder->done());
+  EXPECT_LT(rounds, 15);
+  EXPECT_EQ(recorder->end().reason, "the reader of the recording has gone or stands still");
 }
 
 /** The daemon that stops does not wait for a reader who has stopped reading. */

@@ -18,7 +18,7 @@ namespace {
 constexpr double kGravity = 9.81;  // m/s^2
 constexpr std::uint32_t kPress = makeObjectId(4, 1), kSide = makeObjectId(5, 1);
 
-/** What a body, pressed sidewards or down by something slow, has of energy beyond `before`, per mass [J/kg]. */
+/** It presses sidewards, or down too; the body gets no more than goes with its speed. Notes the greatest ratio. */
 void aSlowPressThrowsNothing(unsigned seed, double& most_squeezed) {
   Random random(seed);
   test::ToolHouse house;

@@ -180,7 +180,8 @@ MeshFile readInChild(const std::function<MeshFile()>& read, const std::function<
     if (interrupted()) ::kill(child, SIGKILL);
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  if (WIFSIGNALED(status) && interrupted()) throw MeshError("its reading was cancelled", {}, kCancelled);
+  // Also of one that had read it all before it was asked for the first time.
+  if (interrupted()) throw MeshError("its reading was cancelled", {}, kCancelled);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kRead) return takeMesh(shared);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kFailed) throw takeError(shared);
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNoMemory) {

@@ -97,9 +97,7 @@ class HostileProcess : public ::testing::Test {
   }
 
   // A busy test machine is no fault.
-  DaemonFixture daemon_{{.program = HAPTICD_PROGRAM,
-                         .config = "[servo]\nmissed_limit = 100000\n"
-                                   "[guard]\narm_ramp_ms = 100\ndevice_stale_ms = 1000\n"}};
+  DaemonFixture daemon_{{.program = HAPTICD_PROGRAM, .config = "[guard]\narm_ramp_ms = 100\ndevice_stale_ms = 1000\n"}};
   haptic::Client client_{nullptr};
   std::optional<haptic::Events> events_;
   haptic::Session session_{nullptr};

@@ -20,6 +20,7 @@ namespace hapticd::test {
 namespace {
 
 constexpr std::chrono::seconds kPatience{30};  // sanitizers on a busy machine are slow
+constexpr char kPatient[] = "\n[servo]\nmissed_limit = 100000\n";
 
 /** Where the daemon says READY=1, as it does to systemd. */
 int notifySocket(const std::string& path) {
@@ -48,7 +49,7 @@ DaemonFixture::DaemonFixture(DaemonOptions options) : options_(std::move(options
     const char* program = std::getenv("HAPTICD_PROGRAM");
     options_.program = program == nullptr ? "hapticd" : program;
   }
-  if (!options_.config.empty()) std::ofstream(directory_.path() + "/hapticd.toml") << options_.config;
+  std::ofstream(directory_.path() + "/hapticd.toml") << options_.config << kPatient;
   start();
 }
 
@@ -66,10 +67,10 @@ bool DaemonFixture::start() {
 }
 
 void DaemonFixture::spawn(int notify) {
-  std::vector<std::string> arguments = {options_.program, "--allow-no-rt",  "--socket",
-                                        socket(),         "--admin-socket", adminSocket()};
+  std::vector<std::string> arguments = {
+      options_.program, "--allow-no-rt", "--socket", socket(),
+      "--admin-socket", adminSocket(),   "--config", directory_.path() + "/hapticd.toml"};
   if (!options_.device.empty()) arguments.insert(arguments.end(), {"--device", options_.device});
-  if (!options_.config.empty()) arguments.insert(arguments.end(), {"--config", directory_.path() + "/hapticd.toml"});
   arguments.insert(arguments.end(), options_.arguments.begin(), options_.arguments.end());
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());

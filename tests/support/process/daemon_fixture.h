@@ -1,5 +1,6 @@
 /** @file
  * A real hapticd on sockets of its own, in a directory of its own, gone when the test is: also when the test crashes.
+ * However long a busy machine holds its servo up, that is no fault.
  */
 #pragma once
 
@@ -15,7 +16,7 @@ namespace hapticd::test {
 struct DaemonOptions {
   std::string program;                 ///< Path of hapticd; empty: $HAPTICD_PROGRAM.
   std::string device = "sim://";       ///< Empty: what the configuration says.
-  std::string config;                  ///< Text of a configuration file; empty: built-in defaults.
+  std::string config;                  ///< Text of a configuration file without [servo]; empty: built-in defaults.
   std::vector<std::string> arguments;  ///< More, after ours.
 };
 

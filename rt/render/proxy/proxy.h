@@ -82,6 +82,7 @@ struct ProxyEffort {
   std::uint32_t sweeps = 0;
   std::uint32_t visited = 0;   ///< Nodes, triangles and primitives, for sweeps and looks.
   std::uint32_t gathered = 0;  ///< The same, for what is kept from tick to tick.
+  std::uint32_t turns = 0;     ///< Of the tangent planes of grooves and corners.
 };
 
 /**
@@ -286,6 +287,9 @@ class ProxyRenderer {
                                Constraint& there) const HD_RT;
   [[nodiscard]] bool sideAt(const SceneObject& object, const Constraint& c, const Vec3& x,
                             Constraint& there) const HD_RT;
+  [[nodiscard]] double curvatureAlong(const SceneObject& object, const Constraint& c, const Vec3& e) const HD_RT;
+  [[nodiscard]] double shareLeft(const Step& step, const Constraint* side, const HalfSpace* planes, std::uint32_t keeps,
+                                 const Vec3& next, Vec3& way) const HD_RT;
   [[nodiscard]] bool planInGroove(Step& step, const Vec3& here, double friction, double rest, Plan& plan) HD_RT;
   [[nodiscard]] double depthAtRest(Step& step, int i) const HD_RT;
   bool followFaces(Step& step, int held, const Vec3& at_W, double friction, const Vec3& eased, Plan& plan) const HD_RT;

@@ -1,4 +1,6 @@
 // A proxy held by several surfaces at once: where in their groove, or corner, it will come to lie, and the way there.
+#include <bit>
+
 #include "rt/geometry/triangle.h"
 #include "rt/render/proxy/proxy_step.h"
 
@@ -48,6 +50,14 @@ bool slideTo(const HalfSpace* planes, std::uint32_t active, const Vec3& goal, Ve
   const double r = lag.norm(), cone = friction * (foot - goal).norm();
   if (r > 0) foot += cone / r * lag;
   return true;
+}
+
+/** Of two planes' normals their shares in `push`, which lies in the plane of both. */
+void sharesOf(const Vec3& one, const Vec3& other, const Vec3& push, double (&share)[2]) HD_RT {
+  const double cosine = one.dot(other), sine2 = 1 - cosine * cosine;
+  const double to_one = one.dot(push), to_other = other.dot(push);
+  share[0] = (to_one - cosine * to_other) / sine2;
+  share[1] = (to_other - cosine * to_one) / sine2;
 }
 
 }  // namespace
@@ -140,6 +150,49 @@ bool ProxyRenderer::sideAt(const SceneObject& object, const Constraint& c, const
   return there.kind != FeatureKind::kFace || c.kind != FeatureKind::kFace || there.feature != c.feature;
 }
 
+/** Curvature, along the unit vector e, of what the ball's centre rolls on about c; negative: not known. */
+double ProxyRenderer::curvatureAlong(const SceneObject& object, const Constraint& c, const Vec3& e) const HD_RT {
+  if (object.shape.kind != ShapeKind::kMesh || radius_ == 0) return -1;
+  if (c.kind == FeatureKind::kFace) return 0;
+  if (c.kind == FeatureKind::kVertex) return 1 / radius_;
+  const MeshView& mesh = *object.shape.mesh;
+  const Vec3 edge =
+      mesh.vertex(c.feature, static_cast<int>(c.corner + 1) % 3) - mesh.vertex(c.feature, static_cast<int>(c.corner));
+  const double along = (object.R_WO * edge).dot(e);
+  return std::max(0.0, 1 - along * along / edge.squaredNorm()) / radius_;
+}
+
+/**
+ * From x, where the sides in `keeps` are touched by `planes`, and the point `next` of these that is nearest to the
+ * goal: which part of `next - x` each turn of the planes leaves to the next one, and `way`, of which it is a part. Let
+ * the sides push by l_i along their normals and be curved by k_i along their groove. Then turning the planes to x + d
+ * moves the point by (sum l_i k_i) d, and the rest of the way is a geometric series: a step of Newton's. Negative: not
+ * known.
+ */
+double ProxyRenderer::shareLeft(const Step& step, const Constraint* side, const HalfSpace* planes, std::uint32_t keeps,
+                                const Vec3& next, Vec3& way) const HD_RT {
+  const int count = std::popcount(keeps);
+  if (count == 0 || count > 2) return -1;
+  const int i[2] = {std::countr_zero(keeps), 31 - std::countl_zero(keeps)};
+  const Vec3 push = next - step.goal;
+  const Vec3 &one = planes[i[0]].normal, &other = planes[i[1]].normal;
+  double share[2] = {one.dot(push), 0};
+  if (count == 2) sharesOf(one, other, push, share);
+  Vec3 e = count == 2 ? Vec3(one.cross(other)) : Vec3(way - one.dot(way) * one);
+  const double length = e.norm();
+  if (!(length > 0)) return -1;
+  e /= length;
+  double left = 0;
+  for (int k = 0; k < count; ++k) {
+    const Constraint& c = side[i[k]];
+    const double curvature = curvatureAlong(step.scene->slot(c.slot), c, e);
+    if (curvature < 0) return -1;
+    left += share[k] * curvature;
+  }
+  way = way.dot(e) * e;
+  return left;
+}
+
 /**
  * In the groove of two surfaces, or the corner of three, that are curved or go on over edges: to the point of all of
  * them nearest to the goal, found by turning their tangent planes before anything is swept; over a point above these
@@ -163,7 +216,7 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double friction, 
   std::uint32_t keeps = 0;
   bool turned = step.sought_count > 0 || step.isHeldByFaces();  // Faces do when one is left.
   bool leapt = false, far = false;
-  for (int turn = 0;; ++turn) {
+  for (int turn = 0;; ++turn, ++step.turns) {
     bool walks = false, same = turn > 0 && !leapt;
     HalfSpace now[kMaxInGroove];
     for (int i = 0; i < count; ++i) {
@@ -196,11 +249,16 @@ bool ProxyRenderer::planInGroove(Step& step, const Vec3& here, double friction, 
       break;
     }
     if (walks && turn >= most_walks) return false;  // To and fro: more than these sides hold it there.
-    // Each turn shortens the rest of the way by about the same factor: all at once (Aitken).
-    const double factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;
+    // Each turn shortens the rest of the way by about the same factor: all at once.
+    Vec3 way = move;
+    double factor = turn > 0 && friction == 0 ? shareLeft(step, there, planes, keeps, next, way) : -1.0;
+    if (!(factor >= 0 && factor < 1 && move.squaredNorm() < moved.squaredNorm())) {
+      way = move;
+      factor = turn % 2 == 1 ? move.dot(moved) / moved.squaredNorm() : 0.0;  // As it was in the last one (Aitken).
+    }
     const double farthest = kMaxLeap * (last - step.goal).norm() / move.norm();
     leapt = factor > 0;
-    if (leapt) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * move;
+    if (leapt) last += (factor < 1 ? std::min(factor / (1 - factor), farthest) : farthest) * way;
     moved = move;
   }
   if (friction > 0 && !far && (last - here).norm() <= rest) {

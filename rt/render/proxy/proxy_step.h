@@ -62,6 +62,7 @@ struct ProxyRenderer::Step {
   Friction part{1, 1};
   std::uint32_t work = 0;
   std::uint32_t sweeps = 0;
+  std::uint32_t turns = 0;     ///< Of the tangent planes of grooves and corners.
   bool plain = false;          ///< No ways of several parts: one has led away.
   int leads = 0;               ///< Plans that led over edges of a mesh.
   int broken = 0;              ///< Ways above grooves that something stood in.

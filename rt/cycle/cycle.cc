@@ -153,7 +153,7 @@ ErrorCode Cycle::applyMount(const SetMount& order) HD_RT {
     device.mount = Mount(order);
     device.clutch.thaw();
   }
-  scaleResolution(device);
+  scaleToWorld(device);
   device.moved = true;
   device.started = false;
   device.tool.forget();
@@ -161,11 +161,12 @@ ErrorCode Cycle::applyMount(const SetMount& order) HD_RT {
 }
 
 /** Of what is rendered in the world; estimator and guard are the device's. */
-void Cycle::scaleResolution(DeviceState& device) HD_RT {
+void Cycle::scaleToWorld(DeviceState& device) HD_RT {
   const double step = device.mount.scale() * device.read_resolution;
   device.resolution = step;
   device.proxy.setResolution(step);
   device.effects.setResolution(step, VelocityEstimator::noiseAtRest(step, period()));
+  device.object_effects.setMaxDamping(device.max_damping / device.mount.scale());
 }
 
 ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {

@@ -61,7 +61,7 @@ class Cycle {
     devices_[device].velocity.setResolution(position, rotation);
     devices_[device].guard.setResolution(position);
     devices_[device].read_resolution = position;
-    scaleResolution(devices_[device]);
+    scaleToWorld(devices_[device]);
   }
 
   void step(const CycleInput& input, CycleOutput& output) HD_RT;
@@ -128,8 +128,12 @@ class Cycle {
     }
   };
   struct DeviceState {
-    DeviceState(const GuardConfig& config, std::uint32_t device) noexcept : guard(config), effects(device) {}
+    DeviceState(const GuardConfig& config, std::uint32_t device) noexcept
+        : guard(config), max_damping(config.max_damping), effects(device) {
+      object_effects.setMaxDamping(max_damping);
+    }
     Guard guard;
+    double max_damping;  ///< What the device can show [N s/m].
     ProxyRenderer proxy;
     Shading shading;
     SoftFinger finger;
@@ -174,7 +178,7 @@ class Cycle {
   ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applyDeviceOrder(const Command& command) HD_RT;
   ErrorCode applyMount(const SetMount& order) HD_RT;
-  void scaleResolution(DeviceState& device) HD_RT;
+  void scaleToWorld(DeviceState& device) HD_RT;
   void refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT;
   ErrorCode applyToBodies(const Command& command) HD_RT;
   [[nodiscard]] std::uint32_t heldObjects(std::array<std::uint32_t, kMaxDevices>& held) const HD_RT;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "rt/effect/drags.h"
 #include "rt/effect/path.h"
 #include "rt/effect/well.h"
 #include "rt/geometry/nearest/nearest.h"
@@ -25,15 +26,13 @@ double swing(double frequency, std::int64_t now_ns) HD_RT {
   return std::sin(2 * std::numbers::pi * turns);
 }
 
-/** What a field without a memory does in full, in its object's frame; v_O is the hand's velocity relative to that. */
-Vec3 fieldOf(const EffectParameters& effect, const Vec3& v_O, std::int64_t now_ns) HD_RT {
+/** What a field that knows neither past nor motion does in full, in its object's frame. */
+Vec3 fieldOf(const EffectParameters& effect, std::int64_t now_ns) HD_RT {
   switch (static_cast<EffectKind>(effect.kind)) {
     case EffectKind::kForce:
       return {0, 0, effect.force};
     case EffectKind::kVibration:
       return {0, 0, effect.frequency > 0 ? effect.force * swing(effect.frequency, now_ns) : 0};
-    case EffectKind::kViscous:
-      return -clampNorm(effect.damping * v_O, effect.force);
     default:
       return Vec3::Zero();
   }
@@ -101,7 +100,12 @@ Vec3 ObjectEffects::friction(std::uint32_t slot, std::uint32_t object, const Eff
 }
 
 Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT {
-  Vec3 force = Vec3::Zero(), guided = Vec3::Zero();
+  Vec3 force = Vec3::Zero();
+  Drags drags;
+  struct {
+    Vec3 pull = Vec3::Zero(), v = Vec3::Zero();
+    double damping = 0, most = 0;
+  } guided;
   double deepest = 0;
   std::uint32_t guide = 0;
   bool ends = false;
@@ -124,8 +128,10 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
     const Vec3 v_O = object.R_WO.transpose() * (v - object.velocityAt(p));
     if (effect.kind == static_cast<std::uint32_t>(EffectKind::kFriction)) {
       force += object.R_WO * friction(slot, object.id, effect, x, share);
+    } else if (effect.kind == static_cast<std::uint32_t>(EffectKind::kViscous)) {
+      drags.add(object.R_WO * v_O, share * effect.damping, share * effect.force);
     } else if (effect.kind != static_cast<std::uint32_t>(EffectKind::kGuide)) {
-      force += object.R_WO * (share * fieldOf(effect, v_O, now_ns));
+      force += object.R_WO * (share * fieldOf(effect, now_ns));
     } else {
       const Well well(effect.stiffness, effect.force, effect.reach);
       const double depth = lasts * well.depth(place.distance);
@@ -133,12 +139,13 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
       deepest = depth;
       guide = slot;
       const double pull = lasts * well.pull(place.distance);
-      // Not more than it pulls: where a solid that can be touched takes over, the force does not jump.
-      guided = object.R_WO * clampNorm(-share * effect.damping * (place.across * v_O), pull);
-      if (pull > 0) guided += object.R_WO * (pull / place.distance * place.way);
+      // It damps not more than it pulls: where a solid that can be touched takes over, the force does not jump.
+      guided = {Vec3::Zero(), object.R_WO * (place.across * v_O), share * effect.damping, pull};
+      if (pull > 0) guided.pull = object.R_WO * (pull / place.distance * place.way);
     }
   }
-  force += guided;
+  drags.add(guided.v, guided.damping, guided.most);
+  force += guided.pull + drags.force(max_damping_);
 
   if (fresh_) {
     fresh_ = false;

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "rt/base/math.h"
 #include "rt/scene/scene.h"
@@ -32,6 +33,8 @@ class ObjectEffects {
 
   /** Force on a hand at p that moves at v, in W [N]. Once a tick of `dt`. */
   [[nodiscard]] Vec3 step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT;
+  /** Most that all of them together damp by [N s/m]: what the device can show. */
+  void setMaxDamping(double b) HD_RT { max_damping_ = b; }
   /** The hand is somewhere else: nothing of before counts, and the next step() has all of its force at once. */
   void reset() HD_RT;
   /** Nodes, triangles and primitives that the last step has visited: what its time went by. */
@@ -57,6 +60,7 @@ class ObjectEffects {
   [[nodiscard]] Vec3 friction(std::uint32_t slot, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
                               double share) HD_RT;
 
+  double max_damping_ = std::numeric_limits<double>::infinity();
   std::array<Anchor, kMaxObjects> anchor_{};
   std::uint64_t steps_ = 0;
   int visits_ = 0;             ///< In the last tick.

@@ -86,10 +86,42 @@ TEST(EffectProperty, FrictionAndViscousNeverGiveMoreThanTheyTookWhileTheyRest) {
   });
 }
 
+/**
+ * A mass that is let go in drags of any thickness comes to rest, each of its ticks no faster than the last: the force
+ * acts a tick late, so what it bears is less than half of its mass a tick.
+ */
+TEST(EffectProperty, NoDragThrowsWhatADeviceMoves) {
+  forSeeds(60, [](unsigned seed) {
+    Random random(seed);
+    EffectScene t;
+    for (int i = 0; i < 4; ++i) {
+      EffectParameters e = anyEffect(random, EffectKind::kViscous);
+      e.damping = random.once(2) ? 1000 : random.in(0, 1000);
+      e.reach = 10;
+      EXPECT_EQ(t.set(anyObject(random, t), e), ErrorCode::kOk);
+    }
+    const double mass = random.in(0.05, 0.5);
+    t.hand.setMaxDamping(0.24 * mass / test::kTick);
+    Vec3 p = random.vector(0.05), v = random.vector(1), force = Vec3::Zero();
+    (void)t.settled(p);
+    const double first = v.norm();
+    for (int i = 0; i < 6000; ++i) {
+      const double before = v.norm();
+      v += test::kTick / mass * force;
+      p += test::kTick * v;
+      force = t.feel(p, v);
+      ASSERT_LE(v.norm(), before * (1 + 1e-9) + 1e-12) << i;
+      ASSERT_LE(force.dot(v), 1e-12) << i;
+    }
+    EXPECT_LT(v.norm(), first);
+  });
+}
+
 TEST(EffectProperty, WhateverIsOrderedTheForceIsBoundedAndDoesNotJump) {
   forSeeds(60, [](unsigned seed) {
     Random random(seed);
     EffectScene t;
+    if (random.once(2)) t.hand.setMaxDamping(random.in(0, 10));
     std::vector<std::uint32_t> objects;
     for (int i = 0; i < 3; ++i) objects.push_back(anyObject(random, t));
     const Vec3 p = random.vector(0.05);

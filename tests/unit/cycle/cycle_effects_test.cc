@@ -3,6 +3,7 @@
 
 #include "rt/cycle/cycle_start.h"
 #include "tests/support/stepped/attach_tool.h"
+#include "tests/support/stepped/mount_at.h"
 #include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/test_effect.h"
 
@@ -42,6 +43,24 @@ TEST(CycleEffects, HaveTheirOwnShareBesideTheSurfaces) {
 TEST(CycleEffects, AreBoundByTheGuard) {
   Guided hand(1);
   EXPECT_NEAR(hand.settled({0, 0, -0.003}).guard.command.force.norm(), 1, 1e-9);
+}
+
+/** A bath thicker than a device can show is as thick as that, in newtons a metre of the hand: also in a larger world.
+ */
+TEST(CycleEffects, DampNoMoreThanTheDeviceCanShow) {
+  for (const double scale : {1.0, 2.0}) {
+    CycleConfig config = test::openConfig(20);
+    config.guard[0].max_damping = 10;
+    test::SteppedCycle hand(config);
+    if (scale != 1) hand.put(CommandKind::kSetMount, test::mountAt({}, 0, scale));
+    hand.add(test::solid(kGuide, ShapeKind::kGroup, {}));
+    hand.put(CommandKind::kSetEffect, SetEffect{kGuide, 0, test::effect(EffectKind::kViscous, 20, 0, 100, 10)});
+    hand.arm();
+    for (int i = 0; i < 10; ++i) (void)hand.at(Vec3::Zero());
+    double force = 0;
+    for (int i = 0; i < 300; ++i) force = hand.at({1e-4 * i, 0, 0}).guard.command.force.x();
+    EXPECT_NEAR(force, -1, 1e-6) << "10 N s/m at 0.1 m/s, scale " << scale;
+  }
 }
 
 TEST(CycleEffects, AreFeltByAHandThatHoldsATool) {

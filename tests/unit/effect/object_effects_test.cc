@@ -39,6 +39,22 @@ TEST(ObjectEffects, AViscousBoxDampsWhatMovesInItRelativeToIt) {
   expectForce(t.feel({0, 0, 0}, {0.1, 0, 0}), Vec3::Zero());
 }
 
+/** Of 60 and 20 N s/m at one place a device that shows 40 feels 30 and 10, each no more than its force. */
+TEST(ObjectEffects, DragsTogetherDampByWhatTheDeviceCanShow) {
+  EffectScene t;
+  t.add(effect(EffectKind::kViscous, 3, 0, 60, 1));
+  t.hand.setMaxDamping(40);
+  expectForce(t.settled({0, 0, 0}, {0.01, 0, 0}), {-0.4, 0, 0});
+  expectForce(t.settled({0, 0, 0}, {0.1, 0, 0}), {-3, 0, 0});  // All of its force, a little faster.
+  t.add(test::along(effect(EffectKind::kGuide, 2, 100, 20, 1), {{-1, 0, 0}, {1, 0, 0}}));
+  const Vec3 off(0, 0.015, 0);  // Of the guide: it draws back with 1.5 N.
+  expectForce(t.settled(off, {0.01, 0, 0}), {-0.3, -1.5, 0});
+  expectForce(t.settled(off, {0, 0, 0.01}), {0, -1.5, -0.4});
+  expectForce(t.settled(off, {0, 0, 0.2}), {0, -1.5, -3 - 1.5});
+  t.hand.setMaxDamping(100);
+  expectForce(t.settled(off, {0.01, 0, 0}), {-0.6, -1.5, 0});
+}
+
 TEST(ObjectEffects, FrictionHoldsAndIsThenDraggedAlong) {
   EffectScene t;
   t.add(effect(EffectKind::kFriction, 2, 2000));

@@ -1,0 +1,46 @@
+/** @file
+ * All that damps a hand in free space, together no more than its device can show.
+ *
+ * A loop damps by a velocity that is late. Beyond some damping each tick's force overshoots the last, and the hand is
+ * thrown to and fro at the servo's rate (docs/stability.md); no passivity controller looks at what is active anyway. So
+ * the damping is bounded, not the force: a bath too thick for a device is as thick as it can be.
+ */
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "rt/base/math.h"
+#include "rt/command.h"
+
+namespace hapticd {
+
+/** Those of one tick. Servo-safe. */
+class Drags {
+ public:
+  /** Against v [m/s] with `damping` [N s/m], and no more than `most` [N]. At most as many as there are effects. */
+  void add(const Vec3& v, double damping, double most) HD_RT {
+    if (count_ == kMaxEffects || !(damping > 0)) return;
+    all_[count_++] = {v, damping, most};
+    sum_ += damping;
+  }
+  /** Their sum [N]; where they would damp by more than `most_damping` [N s/m], each by as much less. */
+  [[nodiscard]] Vec3 force(double most_damping) const HD_RT {
+    const double share = sum_ > most_damping ? most_damping / sum_ : 1.0;
+    Vec3 force = Vec3::Zero();
+    for (std::size_t i = 0; i < count_; ++i) force -= clampNorm(share * all_[i].damping * all_[i].v, all_[i].most);
+    return force;
+  }
+
+ private:
+  struct Drag {
+    Vec3 v;
+    double damping, most;
+  };
+
+  std::array<Drag, kMaxEffects> all_;
+  std::size_t count_ = 0;
+  double sum_ = 0;
+};
+
+}  // namespace hapticd

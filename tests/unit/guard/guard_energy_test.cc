@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "rt/guard/guard.h"
 #include "tests/unit/guard/guard_rig.h"
@@ -306,20 +307,122 @@ TEST(GuardEnergy, WhoWatchesNoPassivityHasNoFaultOfIt) {
   }
 }
 
-/** A metre within a tick is no motion of a hand. */
+/** A metre within a tick is no motion of a hand, whichever way. */
 TEST(GuardEnergy, AReadingThatLeapsDoesNoWork) {
-  for (const double leap : {0.9, 1.1}) {
+  for (const double leap : {0.9, 1.1, -0.9, -1.1}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      GuardConfig config = strong(100);
+      config.energy_limit = 100;
+      GuardRig rig(config);
+      rig.ask(HD_SOURCE_SURFACE, 5 * Vec3::Unit(axis));
+      rig.armFully();
+      rig.step(5);
+      const double before = rig.out.energy;
+      rig.sample.p[axis] += leap;
+      rig.step();
+      const double work = std::abs(leap) < 1 ? -5 * leap : 0;
+      EXPECT_NEAR(rig.out.energy, std::min(before + work, Passivity::kMaxStored + Passivity::kMargin), 1e-9) << leap;
+    }
+  }
+}
+
+/** What a wall held before a fault tells nothing of what it gains in the first tick after. */
+TEST(GuardEnergy, WhatWasStoredBeforeAFaultIsNoPartOfALeak) {
+  for (const double held : {0.0, 0.03}) {
+    GuardRig rig(strong(100));
+    rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+    rig.in.stored = held;
+    rig.armFully();
+    rig.step(5);
+    rig.guard.latch(HD_FAULT_STOP_LINE);
+    ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+    rig.in.stored = 0.05;
+    rig.sample.p.x() -= 1e-3;
+    rig.step();
+    EXPECT_EQ(rig.guard.passivity().leak(), 0) << held;
+  }
+}
+
+/** Of 10 mJ it gives 10.3 on the way out: the tick in which the contact ends is booked like any other. */
+TEST(GuardEnergy, ASpringThatIsLetGoOfLeaksToTheLastTick) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.in.stored = 0.01;
+  rig.armFully();
+  rig.step(5);
+  ASSERT_EQ(rig.guard.passivity().leak(), 0);
+  rig.ask(HD_SOURCE_SURFACE, Vec3::Zero());
+  rig.in.stored = 0;
+  rig.sample.p.x() += 2.06e-3;
+  rig.step();
+  EXPECT_NEAR(rig.guard.passivity().leak(), 5 * 2.06e-3 - 0.01, 1e-12);
+}
+
+/** As of a surface that only damps: what it takes is gone. */
+TEST(GuardEnergy, AContactThatHoldsNothingGivesNothingBack) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.in.stored = 0;
+  rig.armFully();
+  rig.step(5);
+  for (int i = 0; i < 50; ++i) {
+    rig.sample.p.x() -= 1e-3;
+    rig.step();
+    ASSERT_LE(rig.out.energy, Passivity::kMargin * (1 + 1e-9)) << i;
+  }
+}
+
+/** What is no delay is none, and beyond sixteen ticks it is sixteen. */
+TEST(GuardEnergy, ADelayThatIsNoneCountsAsNone) {
+  const auto energyAt = [](double delay) {
     GuardConfig config = strong(100);
-    config.energy_limit = 100;
+    config.delay = delay;
     GuardRig rig(config);
     rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
     rig.armFully();
-    rig.step(5);
-    const double before = rig.out.energy;
-    rig.sample.p.x() += leap;
+    rig.step(10);
+    rig.sample.p.x() -= 1e-3;
     rig.step();
-    EXPECT_NEAR(rig.out.energy - before, leap < 1 ? -5 * leap : 0, 1e-9);
-  }
+    return rig.out.energy;
+  };
+  ASSERT_NEAR(energyAt(0), 5e-3, 1e-12);
+  ASSERT_EQ(energyAt(16), 0) << "the force is younger than that";
+  for (const double none : {-1.0, -1e300, double{-INFINITY}, double{NAN}})
+    EXPECT_EQ(energyAt(none), energyAt(0)) << none;
+  for (const double most : {17.0, 1e300, double{INFINITY}}) EXPECT_EQ(energyAt(most), energyAt(16)) << most;
+}
+
+/** A wall and a client that cancel each other: while the ramp has not begun, or is over, no part of it is sent. */
+TEST(GuardEnergy, OfForcesThatCancelNoneIsBookedBeforeTheRampAndAfter) {
+  GuardConfig config = strong(100);
+  config.small_force_ticks = 50;
+  GuardRig rig(config);
+  const auto cancel = [&] {
+    rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+    rig.ask(HD_SOURCE_CLIENT, {-5, 0, 0});
+  };
+  const auto booksNothing = [&](std::uint32_t flag) {
+    const double before = rig.out.energy;
+    for (int i = 0; i < 10; ++i) {
+      rig.sample.p.x() -= 1e-3;
+      rig.step();
+      EXPECT_EQ(rig.out.flags & flag, flag) << i;
+      EXPECT_EQ(rig.out.energy, before) << i;
+    }
+  };
+  cancel();
+  rig.step();
+  ASSERT_EQ(rig.guard.arm(), ErrorCode::kOk);
+  booksNothing(HD_SAMPLE_WAITING);
+  rig.armFully();
+  rig.in.source[HD_SOURCE_CLIENT].torque = {0.2, 0, 0};  // It keeps the device on while it is lowered.
+  rig.step(100);
+  GuardLimits slow = rig.guard.limits();
+  slow.torque_slew = 1;
+  ASSERT_EQ(rig.guard.setLimits(slow), ErrorCode::kOk);
+  rig.guard.disarm();
+  rig.step();
+  booksNothing(HD_SAMPLE_ARMED);
 }
 
 /** Surface and controller together: half as much again as the device can show, and no more than that alone. */

@@ -93,6 +93,37 @@ TEST(GuardPower, AHandThatTurnsOnTheSpotIsBoundByItsTorqueAlone) {
   EXPECT_NEAR(rig.out.command.force.x(), 2, 1e-9);
 }
 
+/** Of a hand that is pushed on and on by a wall, beyond what a client's limit lets through. */
+TEST(GuardPower, WhatIsLimitedAndDampedIsToldAsBoth) {
+  GuardRig rig;
+  rig.ask(HD_SOURCE_SURFACE, {20, 0, 0});
+  rig.armFully();
+  rig.in.velocity.v = {0.1, 0, 0};
+  for (int i = 0; i < 50; ++i) {
+    rig.sample.p.x() += 1e-4;
+    rig.step();
+  }
+  ASSERT_EQ(rig.out.fault, std::uint32_t{HD_FAULT_NONE});
+  EXPECT_TRUE(rig.out.flags & HD_SAMPLE_PASSIVITY);
+  EXPECT_TRUE(rig.out.flags & HD_SAMPLE_LIMITED);
+}
+
+/** Squares of such speeds are zero, and nothing may be divided by them. */
+TEST(GuardPower, AHandAllButAtRestIsBoundByNoBudget) {
+  for (const double speed : {1e-170, 1e-155, 1e-9}) {
+    GuardConfig config = rigConfig();
+    config.limits.power = config.limits.active_power = 0;
+    GuardRig rig(config);
+    rig.in.source[HD_SOURCE_CLIENT] = {Vec3(2, 0, 0), Vec3(0, 0.2, 0)};
+    rig.armFully();
+    rig.in.velocity = {{speed, 0, 0}, {0, speed, 0}};
+    rig.step(100);
+    EXPECT_EQ(rig.out.fault, std::uint32_t{HD_FAULT_NONE}) << speed;
+    EXPECT_NEAR(rig.out.command.force.x(), 2, 1e-9) << speed;
+    EXPECT_NEAR(rig.out.command.torque.y(), 0.2, 1e-9) << speed;
+  }
+}
+
 TEST(GuardPower, WhatAWallPutInBeforeAFaultIsForgotten) {
   GuardConfig config = rigConfig();
   config.passivity = false;

@@ -282,6 +282,22 @@ TEST(Guard, LoweredLimitClampsAtOnce) {
   EXPECT_EQ(rig.guard.limits().force, 1);
 }
 
+/** No device makes a kilonewton, and sums beyond a few would not be exact. */
+TEST(Guard, NoLimitIsBeyondAKilonewton) {
+  GuardConfig config = rigConfig();
+  config.limits = {1e6, 1e6, 1e9, 1e9, 1e6, 2, 1e9, 1e9};
+  GuardRig rig(config);
+  rig.armFully();
+  for (const hd_source source : {HD_SOURCE_SURFACE, HD_SOURCE_CLIENT}) {
+    rig.in.source[source] = {Vec3(900, 0, 0), Vec3(0, 900, 0)};
+  }
+  rig.in.gripper_force = -1e5;
+  rig.step(5);
+  EXPECT_NEAR(rig.out.command.force.x(), 1024, 1e-9);
+  EXPECT_NEAR(rig.out.command.torque.y(), 1024, 1e-9);
+  EXPECT_NEAR(rig.out.command.gripper_force, -1024, 1e-9);
+}
+
 TEST(Guard, SendsForcesOnTheirGridAndNeverMoreThanAsked) {
   for (const Vec3& asked : {Vec3(1.0 / 3, -2.0 / 7, 1e-13), Vec3(-1e-13, 5e-324, -0.0), Vec3(-0x1p-40, 0x1.8p-40, 7),
                             Vec3(1e300, -1e299, 3e298)}) {

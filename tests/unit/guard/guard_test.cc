@@ -13,9 +13,12 @@ namespace {
 TEST(Guard, StartsDisarmed) {
   GuardRig rig;
   rig.ask(HD_SOURCE_SURFACE, {3, 0, 0});
+  rig.in.velocity.v = {1, 0, 0};
   for (int i = 0; i < 100; ++i) {
+    rig.sample.p.x() += 1e-3;
     rig.step();
     EXPECT_TRUE(rig.out.command.force.isZero(0));
+    EXPECT_EQ(rig.out.energy, 0);
     EXPECT_FALSE(rig.out.command.enabled);
     EXPECT_EQ(rig.out.flags, 0u);
   }
@@ -280,6 +283,23 @@ TEST(Guard, LoweredLimitClampsAtOnce) {
   EXPECT_EQ(rig.guard.setLimits({.force = -1}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(rig.guard.setLimits({.force = std::nan("")}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(rig.guard.limits().force, 1);
+}
+
+/** The last check: here of a device that says that it can show any damping, and a hand all but at rest in debt. */
+TEST(Guard, WhatIsNoNumberInTheEndIsAFaultAndNotSent) {
+  GuardConfig config = rigConfig();
+  config.max_damping = INFINITY;
+  config.limits.force_slew = 1e6;
+  GuardRig rig(config);
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(5);
+  rig.in.velocity.v = {1e-158, 0, 0};
+  rig.sample.p.x() += 1e-3;
+  rig.step();
+  EXPECT_EQ(rig.out.fault, std::uint32_t{HD_FAULT_NOT_FINITE});
+  EXPECT_TRUE(rig.out.command.force.isZero(0));
+  EXPECT_FALSE(rig.out.command.enabled);
 }
 
 /** No device makes a kilonewton, and sums beyond a few would not be exact. */

@@ -57,6 +57,19 @@ TEST(Heating, WhatIsNoModelIsNoneHoweverMuchIsBooked) {
   }
 }
 
+/** Of a stylus that stands less than a newton for ever, and warms in less than a second. */
+TEST(Heating, SmallMotorsWarmAsLargeOnesDo) {
+  for (const double continuous : {0.01, 0.4, 40.0}) {
+    for (const double tau : {0.1, 0.7, 70.0}) {
+      Heating heating(continuous, 3 * continuous, tau);
+      for (int i = 0; i < 1000; ++i) heating.book(0.5 * continuous, 1e-3 * tau);
+      EXPECT_NEAR(heating.heat(), 0.25 * (1 - std::exp(-1)), 1e-3) << continuous << " " << tau;
+      for (int i = 0; i < 1000; ++i) heating.book(3 * continuous, 1e-3 * tau);
+      EXPECT_DOUBLE_EQ(heating.allowed(), continuous);
+    }
+  }
+}
+
 /** Of the daemon that had the device before; what is no heat is taken for the most. */
 TEST(Heating, BeginsAtTheHeatThatItIsTold) {
   for (const double heat : {0.0, 0.3, 0.95, 1.0}) EXPECT_EQ(Heating(3, 9, 30, heat).heat(), heat);
@@ -69,6 +82,16 @@ TEST(Heating, DeratesFromThePeakToTheContinuousForce) {
     EXPECT_NEAR(heating.allowed(), 9 - over * 6, 1e-9);
   }
   EXPECT_TRUE(std::isinf(Heating(3, 9, 30, 0.8).allowed()));
+}
+
+/** Periods that are missed may heat beyond what a tick allows for. */
+TEST(Heating, LeavesTheContinuousForceHoweverHot) {
+  Heating heating(3, 9, 30, 1);
+  for (int i = 0; i < 20; ++i) {
+    heating.book(9, 0.1);
+    ASSERT_GT(heating.heat(), 1);
+    EXPECT_DOUBLE_EQ(heating.allowed(), 3) << heating.heat();
+  }
 }
 
 TEST(Heating, BooksNoMoreThanThePeakNorTimeThatIsNone) {

@@ -61,6 +61,8 @@ Result<ArmedList> ArmedList::open(const std::string& path) {
   }
   list.left_ = armedIn(text);
   list.end_ = static_cast<long>(text.size());
+  // A line that a full disk cut short is not to grow by the next one.
+  if (!text.empty() && text.back() != '\n' && writeAt(list.file_.get(), "\n", list.end_)) ++list.end_;
   return list;
 }
 

@@ -37,6 +37,8 @@ class ArmedList {
   void remove(const std::string& uri);
   /** Takes away what was left. */
   void clear();
+  /** Lets go of the file as it is: what stands there is not at zero yet, and somebody is to try again. */
+  void leave() { file_.reset(); }
   [[nodiscard]] const std::vector<std::string>& left() const { return left_; }
   [[nodiscard]] bool has(const std::string& uri) const;
 

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::string_view kHelp =
     "hapticd-safe [FILE]\n"
-    "Brings to zero each device listed in FILE and empties it. Without FILE: armed in\n"
-    "$RUNTIME_DIRECTORY, else /run/hapticd/armed. hapticd writes that list before it\n"
-    "arms; while it lives nothing is done.\n"
+    "Brings to zero each device listed in FILE and empties it once all are. Without\n"
+    "FILE: armed in $RUNTIME_DIRECTORY, else /run/hapticd/armed. hapticd writes that\n"
+    "list before it arms; while it lives nothing is done.\n"
     "Exit: 0 all is safe; 1 a device could not be brought to zero; 2 wrong usage;\n"
     "3 hapticd lives or the list cannot be read.\n";
 
@@ -52,5 +52,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s %s%s%s\n", device.ok ? "made safe:" : "NOT MADE SAFE:", device.uri.c_str(),
                  device.ok ? "" : ": ", device.text.c_str());
   }
+  if (!all) list->leave();  // Whoever runs this again, or the next hapticd, tries once more.
   return all ? 0 : 1;
 }

@@ -308,6 +308,26 @@ TEST_F(ProgramTest, SafeReadsTheListInTheServicesOwnFolder) {
   EXPECT_EQ(code("\"\""), 2) << "of a variable that is not set";
 }
 
+/** Whoever runs it again is not told that all is safe. */
+TEST_F(ProgramTest, WhatSafeCannotZeroStaysOnTheList) {
+  const std::string list = directory.path() + "/armed", text = "nosuch://thing\nsim://falcon\n";
+  const auto code = [&] {
+    return WEXITSTATUS(std::system((HAPTICD_PROGRAM + std::string("-safe ") + list + " 2>/dev/null").c_str()));
+  };
+  const auto listed = [&] {
+    std::ifstream in(list);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  std::ofstream(list) << text;
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(code(), 1);
+    EXPECT_EQ(listed(), text);
+  }
+  std::ofstream(list) << "sim://falcon\n";
+  EXPECT_EQ(code(), 0);
+  EXPECT_EQ(listed(), "");
+}
+
 TEST_F(ProgramTest, AFolderOfMotionsThatIsMissingIsTold) {
   const std::string file = directory.path() + "/motions.toml", folder = directory.path() + "/motions";
   std::ofstream(file) << "[builder]\ncache = \"\"\n[motions]\nfolder = \"" << folder << "\"\n";

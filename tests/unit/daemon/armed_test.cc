@@ -59,6 +59,28 @@ TEST_F(ArmedFile, AnEndEmptiesItAndADeathDoesNot) {
   EXPECT_TRUE(list.left().empty());
 }
 
+TEST_F(ArmedFile, WhoLeavesItLeavesWhatStandsThere) {
+  std::ofstream(path()) << "falcon://1\nsim://x\n";
+  for (int i = 0; i < 2; ++i) {
+    ArmedList list = open();
+    EXPECT_EQ(list.left(), (Uris{"falcon://1", "sim://x"}));
+    list.leave();
+  }
+  EXPECT_EQ(text(), "falcon://1\nsim://x\n");
+  { ArmedList list = open(); }
+  EXPECT_EQ(text(), "");
+}
+
+/** As a full disk may leave it. */
+TEST_F(ArmedFile, ALineCutShortStaysALineOfItsOwn) {
+  std::ofstream(path()) << "sim://x\nfalcon://1";
+  ArmedList list = open();
+  ASSERT_TRUE(list.add("woodyhid://2").ok());
+  EXPECT_EQ(armedIn(text()), (Uris{"sim://x", "falcon://1", "woodyhid://2"}));
+  list.remove("woodyhid://2");
+  EXPECT_EQ(armedIn(text()), (Uris{"sim://x", "falcon://1"}));
+}
+
 TEST_F(ArmedFile, WhoeverLivesHoldsIt) {
   const ArmedList daemon = open();
   const auto second = ArmedList::open(path());

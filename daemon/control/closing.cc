@@ -63,6 +63,7 @@ Result<void> Core::mayGo(const GroupLink& link, bool administration) {
 Result<void> Core::closeGroupOf(OpenDevice& device) {
   std::vector<std::string> names;
   const GroupLink* link = device.link;
+  const std::string group = link->name();
   for (const auto& other : devices_.devices()) {
     if (other->link == link) names.push_back(other->name);
   }
@@ -71,6 +72,7 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   const auto closed = devices_.close(device);
   if (!closed) return closed.error();
   recordings_.groupClosed(*link);
+  wanted_.closed(group);
   events_dropped_.erase(link);
   for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
   if (closed->empty()) return {};

@@ -27,6 +27,7 @@ WantedGroups::WantedGroups(DeviceManager& devices, Clock& clock) : devices_(devi
 
 Result<void> WantedGroups::begin(const std::vector<GroupConfig>& groups) {
   began_ns_ = clock_.now();
+  configured_ = groups;
   std::vector<std::string> all;
   for (const GroupConfig& group : groups) {
     Wanted& wanted = wanted_.emplace_back();
@@ -75,10 +76,23 @@ bool WantedGroups::turnOf(const Wanted& wanted) const {
 void WantedGroups::poll() {
   for (auto it = wanted_.begin(); it != wanted_.end();) {
     Wanted& wanted = *it++;  // An attempt may erase it.
-    if (wanted.trying || clock_.now() < wanted.next_ns) continue;
+    if (wanted.trying || wanted.rests || clock_.now() < wanted.next_ns) continue;
     if (!wanted.candidates.empty() && !turnOf(wanted)) continue;
     attempt(wanted);
   }
+}
+
+void WantedGroups::closed(const std::string& name) {
+  const auto is = [&](const GroupConfig& group) { return group.name == name; };
+  const auto group = std::find_if(configured_.begin(), configured_.end(), is);
+  if (group == configured_.end()) return;
+  const auto& devices = group->devices;
+  if (std::find(devices.begin(), devices.end(), std::string()) != devices.end()) return;  // Whatever there was.
+  Wanted& wanted = wanted_.emplace_back();
+  wanted.group = *group;
+  wanted.canonical.resize(devices.size());
+  wanted.tried = wanted.rests = true;
+  recognise(wanted);
 }
 
 GroupConfig WantedGroups::next(const Wanted& wanted) {
@@ -104,6 +118,7 @@ void WantedGroups::answered(Wanted& wanted, const GroupConfig& tried, const Resu
     return;
   }
   const Error& why = result.error();
+  if (wanted.rests) return (void)(wanted.why = why);
   if (why.code == ErrorCode::kNoRealtime && fatal_) fatal_ = why;
   if (why.code == ErrorCode::kNoRealtime && patient() && !wanted.tried) return;  // The start ends with it.
   // Pass over a candidate only if it failed itself, not if another device of its group is missing.
@@ -132,6 +147,7 @@ void WantedGroups::miss(Wanted& wanted, const Error& why) {
 std::vector<WantedGroups::Absent> WantedGroups::absent() const {
   std::vector<Absent> all;
   for (const Wanted& wanted : wanted_) {
+    if (wanted.rests) continue;
     const Error why =
         wanted.told ? wanted.why : Error{ErrorCode::kTimeout, wanted.group.name, "it is still being opened", {}};
     for (std::size_t i = 0; i < wanted.group.devices.size(); ++i) {
@@ -167,6 +183,7 @@ void WantedGroups::recognise(Wanted& wanted) const {
 Result<std::string> WantedGroups::advise(const std::string& canonical) {
   for (Wanted& wanted : wanted_) {
     if (!wanted.trying) recognise(wanted);
+    if (wanted.rests && canonical.empty()) continue;
     const auto& has = wanted.canonical;
     const auto asked =
         std::find_if(has.begin(), has.end(), [&](const auto& one) { return isAskedFor(one, canonical); });

@@ -28,6 +28,9 @@ namespace hapticd {
  * in the end the simulator; what it has passed over is told but not tried again. It passes over what does not open
  * itself, not what waits for another device of its group.
  *
+ * One that was closed is not wanted any more; but who asks for one of its devices gets the whole group: the others, a
+ * dead-man switch among them, its rate and its processors are as much the configuration's as the device.
+ *
  * Control thread only.
  */
 class WantedGroups {
@@ -49,10 +52,12 @@ class WantedGroups {
   /** Each group has had its first attempt, or the start has waited for them long enough. */
   [[nodiscard]] bool settled() const;
   void poll();
+  /** The group of that name was closed, if it is one of these. */
+  void closed(const std::string& name);
 
   /** As they are now. */
   [[nodiscard]] std::vector<Absent> absent() const;
-  /** Whether it is the URI of a device that is missing, as configured or as its driver writes it. */
+  /** Whether it is the URI of a device that is missing, or closed, as configured or as its driver writes it. */
   [[nodiscard]] bool names(std::string_view uri) const;
   /** The first error by which the daemon itself may not go on: no right to real-time scheduling. */
   [[nodiscard]] const Result<void>& fatal() const { return fatal_; }
@@ -65,6 +70,7 @@ class WantedGroups {
     Error why;
     std::int64_t next_ns = 0, pause_ns = kFirstRetry_ns;
     bool trying = false, tried = false, told = false;
+    bool rests = false;  ///< It was closed: nobody looks for it until somebody asks.
   };
 
   Result<std::string> advise(const std::string& canonical);
@@ -81,6 +87,7 @@ class WantedGroups {
   DeviceManager& devices_;
   Clock& clock_;
   std::list<Wanted> wanted_;  ///< Those not open; stays where it is while it is tried.
+  std::vector<GroupConfig> configured_;
   std::vector<Absent> passed_over_;
   std::int64_t began_ns_ = 0;
   Result<void> fatal_;

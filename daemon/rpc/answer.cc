@@ -1,5 +1,7 @@
 #include "daemon/rpc/answer.h"
 
+#include <string_view>
+
 #include "daemon/log/log.h"
 
 namespace hapticd {
@@ -10,6 +12,18 @@ Error defect(const char* text) noexcept {
   } catch (...) {  // the answer matters more than the line
   }
   return {ErrorCode::kInternal, {}, {}, {}};
+}
+
+Error thrown(const kj::Exception& e) noexcept {
+  // Where messages are read; what of ours could fail there, building an answer, has no limit that it meets.
+  const bool unreadable = std::string_view(e.getFile()).find("capnp/layout.c++") != std::string_view::npos;
+  if (!unreadable) return defect(e.getDescription().cStr());
+  try {
+    return {ErrorCode::kInvalidArgument, "message", "it is damaged, or of another schema",
+            "update libhapticclient, or build what speaks for itself with the daemon's control.capnp"};
+  } catch (...) {
+    return {ErrorCode::kInvalidArgument, {}, {}, {}};
+  }
 }
 
 Error outOfMemory() noexcept {

@@ -20,13 +20,16 @@ namespace hapticd {
 /** What to say where there was no memory. Does without any itself, if need be. */
 [[nodiscard]] Error outOfMemory() noexcept;
 
-/** The result of `body`; kSystem for want of memory, kInternal for whatever else it throws. */
+/** What Cap'n Proto or KJ has thrown: what it cannot read in a client's message is the client's, all else a defect. */
+[[nodiscard]] Error thrown(const kj::Exception& e) noexcept;
+
+/** The result of `body`; kSystem for want of memory, else as of what it throws. */
 template <class Body>
 [[nodiscard]] Result<void> caught(Body&& body) noexcept {
   try {
     return body();
   } catch (const kj::Exception& e) {
-    return defect(e.getDescription().cStr());
+    return thrown(e);
   } catch (const std::bad_alloc&) {
     return outOfMemory();
   } catch (const std::exception& e) {

@@ -1,4 +1,5 @@
 // Bad input for every method, and peers that do not play by the rules.
+#include <capnp/any.h>
 #include <capnp/rpc.capnp.h>
 #include <capnp/serialize.h>
 #include <malloc.h>
@@ -138,6 +139,21 @@ TEST_F(Hostile, BadNumbersChangeNothing) {
   auto answer = loop.call(kj::mv(find));
   EXPECT_EQ(answer.getObject().getSpec().getPose().getP().getX(), 0.0);
   EXPECT_EQ(answer.getObject().getSpec().getShape().getKind(), proto::ShapeKind::GROUP);
+}
+
+TEST_F(Hostile, AMessageThatCannotBeReadIsNoDefectOfTheDaemons) {
+  constexpr std::uint16_t kGet = 6;  // In control.capnp.
+  auto structure = client.daemon.typelessRequest(capnp::typeId<proto::Daemon>(), kGet, nullptr);
+  structure.initAsAnyStruct(0, 1).getPointerSection()[0].initAsAnyStruct(1, 0);  // Where a text is to be.
+  auto list = client.daemon.typelessRequest(capnp::typeId<proto::Daemon>(), kGet, nullptr);
+  list.initAsAnyStruct(0, 1).getPointerSection()[0].initAsAnyList(capnp::ElementSize::EIGHT_BYTES, 3);
+  for (auto* request : {&structure, &list}) {
+    const auto answer = loop.call(kj::mv(*request));
+    const auto status = answer.getAs<proto::Daemon::GetResults>().getStatus();
+    EXPECT_EQ(code(status), ErrorCode::kInvalidArgument);
+    EXPECT_STREQ(status.getWhere().cStr(), "message");
+  }
+  EXPECT_TRUE(serves());
 }
 
 TEST_F(Hostile, NoExceptionTextCrosses) {

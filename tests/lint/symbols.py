@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Checks that a shared library exports what its headers declare, and nothing else.
+"""Checks that a shared library exports what its headers declare, and nothing else; and that it stays when it is unloaded.
 
 Usage: symbols.py LIBRARY HEADER_DIRECTORY
 """
@@ -23,7 +23,11 @@ def main():
     for name in sorted(declared - exported):
         print(f"declared but not exported: {name}")
     print(f"{len(exported)} exported, {len(declared)} declared")
-    return 0 if exported == declared and declared else 1
+    flags = subprocess.run(["readelf", "--dynamic", library], capture_output=True, text=True, check=True).stdout
+    stays = re.search(r"\(FLAGS_1\).*\bNODELETE\b", flags) is not None
+    if not stays:
+        print("dlclose() would take the code from under its threads: -z nodelete is missing")
+    return 0 if exported == declared and declared and stays else 1
 
 
 if __name__ == "__main__":

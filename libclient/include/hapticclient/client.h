@@ -10,6 +10,7 @@
  *
  * fork(): handles belong to the process that made them. In the child every call gives HAPTIC_DISCONNECTED, the shared
  * memory is not mapped and the socket is closed; connect anew there. Threads and exec need no care.
+ * dlclose(): once loaded the library stays, for its threads run in it; connections go on until they are ended.
  */
 #ifndef HAPTICCLIENT_CLIENT_H
 #define HAPTICCLIENT_CLIENT_H

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cerrno>
+#include <climits>
 #include <cstring>
 
 #include "drivers/number.h"
@@ -260,6 +261,34 @@ Error notAFile(const std::string& path) {
   return {ErrorCode::kInvalidArgument, path, "not a regular file", "give a CSV file"};
 }
 
+struct Opened {
+  Opened(const std::string& path, int how) : fd(::open(path.c_str(), how | O_CLOEXEC | O_NOCTTY)) {}
+  ~Opened() {
+    if (fd >= 0) ::close(fd);
+  }
+  Opened(const Opened&) = delete;
+  Opened& operator=(const Opened&) = delete;
+
+  const int fd;
+};
+
+std::string kernelName(const Opened& file) { return fmt::format("/proc/self/fd/{}", file.fd); }
+
+/** Where the kernel has it, without a link on the way; empty if it does not say. */
+std::string placeOf(const Opened& file) {
+  std::string place(PATH_MAX, '\0');
+  const ssize_t size = file.fd < 0 ? -1 : ::readlink(kernelName(file).c_str(), place.data(), place.size());
+  place.resize(size < 0 || size == PATH_MAX ? 0 : static_cast<std::size_t>(size));
+  return place;
+}
+
+bool liesIn(const Opened& file, const std::string& folder) {
+  std::string outer = placeOf(Opened(folder, O_PATH | O_DIRECTORY));
+  if (outer.empty()) return false;
+  if (outer.back() != '/') outer += '/';
+  return placeOf(file).starts_with(outer);
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name) {
@@ -277,37 +306,32 @@ Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std
   return std::shared_ptr<const PoseTrack>(std::move(track));
 }
 
-Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path) {
+Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path, const std::string& within) {
+  // First a name for it that stays: what the path leads to may change between two looks, or be a FIFO that waits.
+  const Opened named(path, O_PATH);
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return systemFault(path, errno);
+  if (named.fd < 0 || ::fstat(named.fd, &status) != 0) return systemFault(path, errno);
   if (!S_ISREG(status.st_mode)) return notAFile(path);
-  // O_NONBLOCK: should a FIFO have taken its place meanwhile, the control thread must not hang on it.
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-  if (fd < 0) return systemFault(path, errno);
-  std::string text;
-  Result<void> read;
-  if (fstat(fd, &status) != 0) {
-    read = systemFault(path, errno);
-  } else if (!S_ISREG(status.st_mode)) {
-    read = notAFile(path);
-  } else if (static_cast<std::uint64_t>(status.st_size) > PoseTrack::kMaxFileBytes) {
-    read = Error{ErrorCode::kQuotaExceeded, path,
+  if (!within.empty() && !liesIn(named, within)) {
+    return Error{ErrorCode::kPermissionDenied, path, "it does not lie in " + within, "put the file itself there"};
+  }
+  const Opened file(kernelName(named), O_RDONLY);
+  if (file.fd < 0) return systemFault(path, errno);
+  if (static_cast<std::uint64_t>(status.st_size) > PoseTrack::kMaxFileBytes) {
+    return Error{ErrorCode::kQuotaExceeded, path,
                  fmt::format("{} bytes, more than the {} a motion may have", status.st_size, PoseTrack::kMaxFileBytes),
                  "split the file or thin it out"};
-  } else {
-    text.resize(static_cast<std::size_t>(status.st_size));
-    std::size_t size = 0;
-    while (size < text.size()) {
-      const ssize_t n = ::read(fd, text.data() + size, text.size() - size);
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) read = systemFault(path, errno);
-      if (n <= 0) break;
-      size += static_cast<std::size_t>(n);
-    }
-    text.resize(size);
   }
-  ::close(fd);
-  if (!read) return read.error();
+  std::string text(static_cast<std::size_t>(status.st_size), '\0');
+  std::size_t size = 0;
+  while (size < text.size()) {
+    const ssize_t n = ::read(file.fd, text.data() + size, text.size() - size);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return systemFault(path, errno);
+    if (n == 0) break;
+    size += static_cast<std::size_t>(n);
+  }
+  text.resize(size);
   return parsePoseCsv(text, path);
 }
 

@@ -65,7 +65,11 @@ class PoseTrack {
  */
 [[nodiscard]] Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name);
 
-/** Reads a regular file of at most PoseTrack::kMaxFileBytes and parses it. Control thread. */
-[[nodiscard]] Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path);
+/**
+ * Reads a regular file of at most PoseTrack::kMaxFileBytes and parses it. With a folder as `within`, kPermissionDenied
+ * unless what is opened lies there, whatever the path or its links say. Control thread.
+ */
+[[nodiscard]] Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path,
+                                                                   const std::string& within = {});
 
 }  // namespace hapticd

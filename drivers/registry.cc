@@ -103,7 +103,7 @@ std::vector<DeviceFound> findDevices() {
   return found;
 }
 
-Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial) {
+Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial, const std::string& within) {
   if (uri_or_serial.empty()) {
     for (const DeviceFound& found : findDevices()) {
       if (found.real) return makeDevice(found.info.uri);
@@ -113,6 +113,7 @@ Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial) {
   if (uri_or_serial.find("://") == std::string_view::npos) return makeBySerial(uri_or_serial);
   Result<DeviceUri> uri = parseDeviceUri(uri_or_serial);
   if (!uri) return uri.error();
+  uri->within = within;
   const Result<const Driver*> driver = driverOf(*uri);
   if (!driver) return driver.error();
   return driver.value()->make(*uri);

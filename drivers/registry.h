@@ -19,6 +19,9 @@ struct DeviceUri {
   std::string scheme;
   std::string authority;  ///< Preset, serial, or file for replay.
   std::vector<std::pair<std::string, std::string>> query;
+  /** Folder in which the motions that it names must lie, whatever links lead there; "": anywhere. No part of its text.
+   */
+  std::string within{};
 };
 
 /**
@@ -52,9 +55,11 @@ struct DeviceFound {
 /**
  * Makes (does not open) the device of that URI or serial. Empty: the first real device, else sim://default.
  * kNotFound names the scheme or serial and lists what there is; kUnsupported says of a known scheme why it cannot be
- * opened here; kInvalidArgument names the key of the query that is wrong. Files named in the query are read now.
+ * opened here; kInvalidArgument names the key of the query that is wrong. Files named in the query are read now;
+ * kPermissionDenied of motions that do not lie in `within` (DeviceUri::within).
  */
-[[nodiscard]] Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial);
+[[nodiscard]] Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial,
+                                                         const std::string& within = {});
 
 /**
  * Sets the forces of a device to zero from a fresh process, when the daemon that armed it is dead. Errors as

@@ -17,7 +17,10 @@ namespace {
 /** Whoever may do himself what the daemon may. */
 bool mayItself(const Client& by) { return by.administration || by.uid == 0 || by.uid == ::geteuid(); }
 
-/** Whether that user may have that file read: it may itself, or the administrator lets everybody. */
+/**
+ * Whether that user may have that file read: it may itself, or the administrator lets everybody. So far: where a link
+ * leads may change, so whoever reads it looks once more, at what it has opened.
+ */
 bool mayName(const std::string& file, const Client& by, const Config& config) {
   if (mayItself(by)) return true;
   std::error_code missing;
@@ -190,9 +193,9 @@ Result<OpenDevice*> Core::openDevice(std::string_view uri) {
   return device;
 }
 
-Result<OpenDevice*> Core::openNow(std::string_view uri) {
+Result<OpenDevice*> Core::openNow(std::string_view uri, const std::string& within) {
   const std::size_t before = devices_.devices().size();
-  auto device = devices_.open(uri);
+  auto device = devices_.open(uri, within);
   if (!device) return device;
   for (std::size_t i = before; i < devices_.devices().size(); ++i) {
     publish(EventKind::kDeviceAdded, devices_.devices()[i]->name, devices_.devices()[i]->info().uri);
@@ -200,7 +203,8 @@ Result<OpenDevice*> Core::openNow(std::string_view uri) {
   return device;
 }
 
-Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
+/** The folder in which motions that it names must lie when they are read; "": anywhere. */
+Result<std::string> Core::mayOpen(std::string_view text, std::uint64_t connection) {
   const auto uri = parseDeviceUri(text);
   const std::string motion = uri ? namedMotion(uri.value()) : std::string();
   const bool known = devices_.find(text) || wanted_.names(text);  // Open, or configured: the administrator's choice.
@@ -224,25 +228,32 @@ Result<void> Core::mayOpen(std::string_view text, std::uint64_t connection) {
                  "name the device in hapticd.toml, or connect to the administration socket"};
   }
   const bool tuned = uri && !uri.value().query.empty() && isHardware(uri.value().scheme);
-  if (!tuned || client(connection).administration || known) return {};
-  return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),
-               "the parameters of a real device are the administrator's",
-               "open it without them, name it in hapticd.toml, or connect to the administration socket"};
+  if (tuned && !client(connection).administration && !known) {
+    return Error{ErrorCode::kPermissionDenied, log::printable(std::string(text.substr(0, 200))),
+                 "the parameters of a real device are the administrator's",
+                 "open it without them, name it in hapticd.toml, or connect to the administration socket"};
+  }
+  return motion.empty() || mayItself(client(connection)) || known ? std::string() : options_.config.motions.folder;
 }
 
 Result<OpenDevice*> Core::openDevice(std::string_view text, std::uint64_t connection) {
-  if (auto allowed = mayOpen(text, connection); !allowed) return allowed.error();
-  auto device = openNow(text);
+  const auto within = mayOpen(text, connection);
+  if (!within) return within.error();
+  auto device = openNow(text, within.value());
   if (device) noteAsker(**device, client(connection));
   return device;
 }
 
 void Core::openDevice(std::string_view text, std::uint64_t connection, DeviceManager::Done done) {
-  if (auto allowed = mayOpen(text, connection); !allowed) return done(allowed.error());
-  devices_.open(text, [this, by = client(connection), done = std::move(done)](const Result<OpenDevice*>& device) {
-    if (device) noteAsker(*device.value(), by);
-    done(device);
-  });
+  const auto within = mayOpen(text, connection);
+  if (!within) return done(within.error());
+  devices_.open(
+      text,
+      [this, by = client(connection), done = std::move(done)](const Result<OpenDevice*>& device) {
+        if (device) noteAsker(*device.value(), by);
+        done(device);
+      },
+      within.value());
 }
 
 Result<Recordings::Started> Core::record(std::string_view uri, std::uint64_t connection) {

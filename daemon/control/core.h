@@ -225,8 +225,8 @@ class Core {
   [[nodiscard]] bool mayBeArmed(const OpenDevice& device) const;
   [[nodiscard]] Result<void> mayBeSetUp(const OpenDevice& device, const std::string& where, const Client& by);
   /** Whether that client may have a device of that URI opened. */
-  [[nodiscard]] Result<void> mayOpen(std::string_view uri, std::uint64_t connection);
-  [[nodiscard]] Result<OpenDevice*> openNow(std::string_view uri);
+  [[nodiscard]] Result<std::string> mayOpen(std::string_view uri, std::uint64_t connection);
+  [[nodiscard]] Result<OpenDevice*> openNow(std::string_view uri, const std::string& within = {});
   void noteAsker(OpenDevice& device, const Client& by) const;
   [[nodiscard]] bool mayClose(const OpenDevice& device, std::uint64_t connection) const;
   [[nodiscard]] bool unused(const OpenDevice& device) const;

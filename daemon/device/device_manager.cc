@@ -47,7 +47,8 @@ Result<void> DeviceManager::notClosing(const std::string& canonical) const {
 
 /** Its devices, not open yet; each of them once, and not open already. */
 Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const GroupConfig& group,
-                                                                      const std::string& where) {
+                                                                      const std::string& where,
+                                                                      const std::string& within) {
   culprit_.clear();
   if (auto room = roomForGroup(where); !room) return room.error();
   if (group.devices.empty() || group.devices.size() > kMaxDevices) {
@@ -56,7 +57,7 @@ Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const Grou
   std::vector<std::unique_ptr<Device>> made;
   for (const std::string& uri : group.devices) {
     culprit_ = uri;
-    auto device = make_(uri);
+    auto device = make_(uri, within);
     if (!device) return device.error();
     const std::string& canonical = (*device)->info().uri;
     if (auto r = notClosing(canonical); !r) return r.error();
@@ -75,8 +76,10 @@ Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const Grou
   return made;
 }
 
-Result<void> DeviceManager::openGroup(const GroupConfig& group) {
-  auto made = makeGroup(group, fmt::format("group '{}'", group.name));
+Result<void> DeviceManager::openGroup(const GroupConfig& group) { return openGroup(group, std::string()); }
+
+Result<void> DeviceManager::openGroup(const GroupConfig& group, const std::string& within) {
+  auto made = makeGroup(group, fmt::format("group '{}'", group.name), within);
   if (!made) return made.error();
   for (auto it = made->begin(); it != made->end(); ++it) {
     auto r = (*it)->open();
@@ -246,14 +249,14 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
   return {};
 }
 
-Result<OpenDevice*> DeviceManager::open(std::string_view uri) {
+Result<OpenDevice*> DeviceManager::open(std::string_view uri, const std::string& within) {
   if (uri.empty() && !devices_.empty()) return devices_.front().get();
   if (OpenDevice* device = lookUp(uri)) return device;
-  auto probe = make_(uri);
+  auto probe = make_(uri, within);
   if (!probe) return probe.error();
   if (OpenDevice* device = lookUp((*probe)->info().uri)) return device;
   probe->reset();
-  if (auto r = openGroup(groupOf(uri)); !r) return r.error();
+  if (auto r = openGroup(groupOf(uri), within); !r) return r.error();
   devices_.back()->asked_for = true;
   return devices_.back().get();
 }
@@ -271,13 +274,13 @@ GroupConfig DeviceManager::groupOf(std::string_view uri) {
   return group;
 }
 
-void DeviceManager::open(std::string_view uri, Done done) {
+void DeviceManager::open(std::string_view uri, Done done, const std::string& within) {
   if (uri.empty() && !devices_.empty()) return done(devices_.front().get());
   if (OpenDevice* device = lookUp(uri)) return done(device);
   std::unique_ptr<Device> made;
   std::string canonical;  // "": any will do
   if (!uri.empty()) {
-    auto one = make_(uri);
+    auto one = make_(uri, within);
     if (!one) return done(one.error());
     made = std::move(*one);
     canonical = made->info().uri;
@@ -294,7 +297,7 @@ void DeviceManager::open(std::string_view uri, Done done) {
   if (auto room = roomForGroup(fmt::format("device '{}'", log::printable(uri.substr(0, 200)))); !room)
     return done(room.error());
   if (!made) {
-    auto any = make_(uri);
+    auto any = make_(uri, within);
     if (!any) return done(any.error());
     made = std::move(*any);
     canonical = made->info().uri;

@@ -102,9 +102,14 @@ class DeviceManager {
 
   DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads);
   ~DeviceManager();
-  void setFactory(Factory factory) { make_ = std::move(factory); }
+  void setFactory(Factory factory) {
+    make_ = [make = std::move(factory)](std::string_view uri, const std::string&) { return make(uri); };
+  }
+  /** As makeDevice(). */
+  using Maker = std::function<Result<std::unique_ptr<Device>>(std::string_view uri, const std::string& within)>;
+  void setFactory(Maker maker) { make_ = std::move(maker); }
   void setFinder(Finder finder) { find_ = std::move(finder); }
-  [[nodiscard]] Result<std::unique_ptr<Device>> make(std::string_view uri) const { return make_(uri); }
+  [[nodiscard]] Result<std::unique_ptr<Device>> make(std::string_view uri) const { return make_(uri, {}); }
   [[nodiscard]] std::vector<DeviceFound> attached() const { return find_(); }
   /** Is called for each device that was opened without waiting, before those who wait for it. */
   void onOpened(std::function<void(OpenDevice&)> told) { on_opened_ = std::move(told); }
@@ -129,14 +134,17 @@ class DeviceManager {
   void openGroup(const GroupConfig& group, GroupDone done, Turn turn = {});
   /** For `done`: which device of the group did not open, as the group names it; empty: it was not one of them. */
   [[nodiscard]] const std::string& culprit() const { return culprit_; }
-  /** By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. Waits for it. */
-  [[nodiscard]] Result<OpenDevice*> open(std::string_view uri);
+  /**
+   * By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. Waits for it. With
+   * `within`, motions that it names must lie in that folder.
+   */
+  [[nodiscard]] Result<OpenDevice*> open(std::string_view uri, const std::string& within = {});
   /**
    * The same without waiting: `done` is called now if there is nothing to wait for, else once by a later poll(). Who
    * asks meanwhile for a device that is being opened waits for the same.
    */
   using Done = std::function<void(Result<OpenDevice*>)>;
-  void open(std::string_view uri, Done done);
+  void open(std::string_view uri, Done done, const std::string& within = {});
   void poll();
   /** Devices that are being opened. */
   [[nodiscard]] std::size_t opening() const { return opening_.size(); }
@@ -195,7 +203,9 @@ class DeviceManager {
     std::string culprit;   ///< Which has failed.
   };
   [[nodiscard]] Result<std::vector<std::unique_ptr<Device>>> makeGroup(const GroupConfig& group,
-                                                                       const std::string& where);
+                                                                       const std::string& where,
+                                                                       const std::string& within = {});
+  [[nodiscard]] Result<void> openGroup(const GroupConfig& group, const std::string& within);
   void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done, Turn turn = {});
   void openNext(GroupOpening& opening);
   [[nodiscard]] bool readyFor(const GroupOpening& opening);
@@ -219,7 +229,7 @@ class DeviceManager {
   MeshStore& meshes_;
   SceneModel& scene_;
   bool threads_;
-  Factory make_;
+  Maker make_;
   Finder find_;
   Advice advice_;
   std::function<void(OpenDevice&)> on_opened_;

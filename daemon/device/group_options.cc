@@ -14,7 +14,7 @@ const DeviceConfig* DeviceManager::entryOf(const DeviceInfo& info) const {
   // A URI like falcon://default stands for a certain device only once that is plugged in.
   const auto means = [&](const DeviceConfig& entry) {
     if (entry.uri.find("://") == std::string::npos) return false;
-    const auto made = make_(entry.uri);
+    const auto made = make_(entry.uri, {});
     return made && (*made)->info().uri == info.uri;
   };
   const auto entry = std::find_if(config_.devices.begin(), config_.devices.end(), means);

@@ -78,7 +78,7 @@ Result<ReplaySetup> resolveReplay(const DeviceUri& uri) {
   ReplaySetup setup;
   Result<void> applied = applyQuery(replayParameterTable(), uri.query, setup.parameters);
   if (!applied) return applied.error();
-  Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(uri.authority);
+  Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(uri.authority, uri.within);
   if (!track) return track.error();
   setup.track = std::move(*track);
   setup.info = infoOf(

@@ -57,10 +57,10 @@ Result<void> checkTogether(const SimParameters& p) {
 }
 
 /** What the names of motion and file stand for. */
-Result<void> resolveMotion(SimParameters& p) {
+Result<void> resolveMotion(SimParameters& p, const std::string& within) {
   p.kind = motionKind(p.motion);
   if (p.kind != MotionKind::kCsv) return {};
-  Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(p.file);
+  Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(p.file, within);
   if (!track) return track.error();
   p.track = std::move(*track);
   return {};
@@ -151,7 +151,7 @@ Result<SimSetup> resolveSim(const DeviceUri& uri) {
   if (!applied) return applied.error();
   Result<void> checked = checkTogether(setup.parameters);
   if (!checked) return checked.error();
-  if (Result<void> resolved = resolveMotion(setup.parameters); !resolved) return resolved.error();
+  if (Result<void> resolved = resolveMotion(setup.parameters, uri.within); !resolved) return resolved.error();
   setup.uri = formatDeviceUri(
       {"sim", std::string(setup.preset->name), difference(simParameterTable(), setup.parameters, base)});
   setup.info = infoOf(setup);

@@ -1,8 +1,10 @@
 // Who may say how a real device is driven.
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
@@ -169,6 +171,36 @@ TEST_F(NamedFiles, OfTheFolderAreEverybodys) {
   Bench nowhere(withFolder(root_ + "/nowhere"));
   const std::uint64_t other = *nowhere.core.connect(1, 61'000, false);
   EXPECT_EQ(opened(nowhere, "replay://" + root_ + "/nowhere/motion.csv", other), ErrorCode::kPermissionDenied);
+}
+
+/** What is read is what was judged, although a client turns its link about meanwhile. */
+TEST_F(NamedFiles, AreReadWhereTheyWereFound) {
+  namespace fs = std::filesystem;
+  const std::string link = root_ + "/link.csv", next = root_ + "/next.csv";
+  const std::string targets[] = {root_ + "/secret.csv", root_ + "/open/motion.csv"};
+  std::ofstream(targets[0]) << "secret:x\n";  // An error of its first line tells that it was read.
+  std::ofstream(targets[1]) << "0,0,0,0\nbad\n";
+  fs::create_symlink(targets[1], link);
+  Bench bench(withFolder(root_ + "/open"));
+  bench.core.devices().setFactory(makeDevice);
+  const std::uint64_t stranger = *bench.core.connect(1, 61'000, false);
+  std::atomic<bool> done{false};
+  std::thread turner([&] {
+    for (unsigned i = 0; !done; ++i) {
+      fs::create_symlink(targets[i % 2], next);
+      fs::rename(next, link);
+    }
+  });
+  int read = 0, refused = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Error error = bench.core.openDevice("replay://" + link, stranger).error();
+    (error.code == ErrorCode::kPermissionDenied ? refused : read) += 1;
+    EXPECT_EQ(error.where.find("line 1"), std::string::npos) << "at attempt " << i;
+  }
+  done = true;
+  turner.join();
+  EXPECT_GT(read, 0);
+  EXPECT_GT(refused, 0);
 }
 
 }  // namespace

@@ -158,6 +158,29 @@ TEST(PoseCsv, FilesThatAreNotFilesAreRefused) {
   EXPECT_EQ(loadPoseCsv(huge).error().code, ErrorCode::kQuotaExceeded);
 }
 
+TEST(PoseCsv, OfAFolderIsWhatLiesThereWhateverLinksLeadThere) {
+  namespace fs = std::filesystem;
+  const test::TemporaryDirectory directory;
+  const std::string root = directory.path(), folder = root + "/open";
+  fs::create_directories(folder + "/below");
+  for (const char* file : {"/secret.csv", "/openness.csv", "/open/motion.csv", "/open/below/deep.csv"})
+    std::ofstream(root + file) << "0,0,0,0\n";
+  fs::create_symlink(root + "/secret.csv", folder + "/out.csv");
+  fs::create_symlink(folder + "/motion.csv", root + "/in.csv");
+  fs::create_directory_symlink(root, folder + "/up");
+  fs::create_directory_symlink(folder, root + "/folder");
+  for (const std::string& within : {folder, root + "/folder", folder + "/"}) {
+    for (const char* good :
+         {"/open/motion.csv", "/open/below/deep.csv", "/in.csv", "/folder/motion.csv", "/open/up/in.csv"})
+      EXPECT_TRUE(loadPoseCsv(root + good, within).ok()) << good;
+    for (const char* bad :
+         {"/secret.csv", "/openness.csv", "/open/out.csv", "/open/up/secret.csv", "/open/../secret.csv"})
+      EXPECT_EQ(loadPoseCsv(root + bad, within).error().code, ErrorCode::kPermissionDenied) << bad;
+  }
+  EXPECT_EQ(loadPoseCsv(folder + "/motion.csv", root + "/none").error().code, ErrorCode::kPermissionDenied);
+  EXPECT_TRUE(loadPoseCsv(root + "/secret.csv", "/").ok());
+}
+
 TEST(PoseTrack, RunsStraightBetweenRowsAndHitsThem) {
   const auto track =
       good("10,0,0,0,1,0,0,0\n11,0.1,0,0,0.7071067811865476,0,0,0.7071067811865476\n13,0.1,0.2,0,1,0,0,0\n");

@@ -180,13 +180,36 @@ std::vector<int> captureEndings() {
   return endings;
 }
 
+/** Makes anew what somebody has removed: else nobody could reach the daemon any more, not even to stop a device. */
+void keepReachable(Sockets& sockets, ControlServer& server, log::RateLimit& failures, std::int64_t now_ns) {
+  for (const auto& [socket, administration] : {std::pair{&sockets.control, false}, {&sockets.admin, true}}) {
+    if (!socket->lost()) continue;
+    const auto made = socket->renew();
+    std::uint64_t suppressed = 0;
+    if (made) {
+      log::warn("{} was removed: it is made anew", log::printable(socket->path()));
+      if (auto fd = socket->share()) server.serve(std::move(*fd), administration);
+    } else if (failures.allow(now_ns, suppressed)) {
+      log::error("{} was removed and cannot be made anew: {}{}", log::printable(socket->path()),
+                 log::printable(toString(made.error())), log::suppressedNote(suppressed));
+    }
+  }
+}
+
 /** Serves until a signal ends it, then brings every force to zero. */
 void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Sockets& sockets, const Panel* panel) {
   Supervisor supervisor(core, true);
   SleepWatch sleep(core);
   ControlServer server(core, *io.lowLevelProvider, io.provider->getTimer());
   bool told = false;
+  constexpr std::int64_t kLook_ns = 1'000'000'000;
+  std::int64_t look_ns = core.now() + kLook_ns;
+  log::RateLimit failures{60'000'000'000, 2};
   server.onStep([&] {
+    if (const std::int64_t now_ns = core.now(); now_ns >= look_ns) {
+      look_ns = now_ns + kLook_ns;
+      keepReachable(sockets, server, failures, now_ns);
+    }
     supervisor.step();
     sleep.step();
     if (panel != nullptr && panel->lost() && !std::exchange(told, true))

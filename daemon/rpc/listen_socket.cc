@@ -109,6 +109,8 @@ ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
   lock_ = std::move(other.lock_);
   path_ = std::move(other.path_);
   file_ = std::exchange(other.file_, {});
+  mode_ = std::exchange(other.mode_, 0);
+  group_ = std::move(other.group_);
   return *this;
 }
 
@@ -124,6 +126,8 @@ Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, 
 
   ListenSocket out;
   out.path_ = path;
+  out.mode_ = mode;
+  out.group_ = group;
   auto lock = lockFile(path + ".lock", path);
   if (!lock) return lock.error();
   out.lock_ = std::move(*lock);
@@ -154,6 +158,17 @@ ListenSocket ListenSocket::adopt(UniqueFd fd, std::string path) {
   out.fd_ = std::move(fd);
   out.path_ = std::move(path);
   return out;
+}
+
+bool ListenSocket::lost() const { return mode_ != 0 && (file_ == FileId{} || idAt(path_) != file_); }
+
+Result<void> ListenSocket::renew() {
+  const std::string path = path_, group = group_;
+  close();  // Its lock, too, for bind() takes that itself; a daemon that is quicker serves there then.
+  auto made = bind(path, mode_, group);
+  if (!made) return made.error();
+  *this = std::move(*made);
+  return {};
 }
 
 void ListenSocket::close() noexcept {

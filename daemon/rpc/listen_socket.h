@@ -41,12 +41,18 @@ class ListenSocket {
   [[nodiscard]] Result<UniqueFd> share() const { return duplicate(fd_.get()); }
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] bool valid() const { return fd_.valid(); }
+  /** Whether it is one that bind() made and that nobody can find any more: removed, or another stands there. */
+  [[nodiscard]] bool lost() const;
+  /** bind() once more, in the place of one that is lost. After an error it is still lost. */
+  [[nodiscard]] Result<void> renew();
   void close() noexcept;
 
  private:
   UniqueFd fd_, lock_;
   std::string path_;
-  FileId file_;  ///< What we made; nothing if we did not.
+  FileId file_;        ///< What we made; nothing if we did not.
+  unsigned mode_ = 0;  ///< As given to bind(); 0: this is not its.
+  std::string group_;
 };
 
 /** The two sockets of this daemon. */

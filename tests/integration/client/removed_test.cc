@@ -1,0 +1,42 @@
+// Somebody removes a running daemon's sockets.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <hapticclient/hapticclient.hpp>
+
+#include "tests/support/eventually.h"
+#include "tests/support/process/daemon_fixture.h"
+
+namespace hapticd::test {
+namespace {
+
+TEST(RemovedSockets, AreMadeAnewAndWhoIsConnectedStays) {
+  DaemonFixture daemon({.program = HAPTICD_PROGRAM});
+  ASSERT_TRUE(daemon.running()) << daemon.log();
+  const auto connects = [&](bool administration) {
+    const std::string path = administration ? daemon.adminSocket() : daemon.socket();
+    const auto client = haptic::Client::connect({path, "late", administration});
+    return client.ok() && (*client->daemon())->administration == (administration ? 1u : 0u);
+  };
+  const auto mode = [](const std::string& path) { return std::filesystem::status(path).permissions(); };
+  const auto before = mode(daemon.socket());
+  auto first = haptic::Client::connect({daemon.socket(), "early"});
+  ASSERT_TRUE(first);
+  for (int round = 0; round < 2; ++round) {
+    for (const std::string& path : {daemon.socket(), daemon.adminSocket()}) std::filesystem::remove(path);
+    if (round == 1) std::filesystem::remove(daemon.socket() + ".lock");
+    EXPECT_FALSE(connects(false));
+    EXPECT_TRUE(eventually([&] { return connects(false) && connects(true); })) << daemon.log();
+    EXPECT_EQ(mode(daemon.socket()), before);
+  }
+  EXPECT_TRUE(first->status()) << "by the connection it had";
+  EXPECT_NE(daemon.log().find(daemon.socket() + " was removed: it is made anew"), std::string::npos);
+  DaemonFixture other({.program = HAPTICD_PROGRAM, .arguments = {"--socket", daemon.socket()}});
+  EXPECT_FALSE(other.running()) << "there is one daemon there, as before";
+  EXPECT_EQ(daemon.terminate(), 0);
+  for (const std::string& path : {daemon.socket(), daemon.adminSocket(), daemon.socket() + ".lock"})
+    EXPECT_FALSE(std::filesystem::exists(path)) << path;
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -155,7 +155,7 @@ typedef struct haptic_client_force {
     0, 0, 50000000, {0, 0, 0}, { 0, 0, 0 } \
   }
 
-/** Where the hand of a simulated device wants to be. */
+/** Where the hand of a simulated device wants to be; it strives no farther than 10 m along each axis of the device. */
 typedef struct haptic_intent {
   uint32_t device;
   uint32_t reserved;

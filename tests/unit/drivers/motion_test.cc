@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "drivers/sim/body.h"
 
 namespace hapticd {
@@ -201,6 +203,17 @@ TEST(Motion, OnlyLiveListens) {
     motion.setLive(intent);
     EXPECT_EQ(motion.at(0.3).p, before);
   }
+}
+
+TEST(Motion, ALiveHandStrivesNoFartherThanItSaysButThatFar) {
+  IntendedMotion motion(of(MotionKind::kLive));
+  DeviceIntent intent;
+  intent.p = Vec3(0.1, -99, 1e300);
+  motion.setLive(intent);
+  EXPECT_EQ(motion.at(0.3).p, Vec3(0.1, -10, 10));
+  intent.p.x() = std::numeric_limits<double>::quiet_NaN();
+  motion.setLive(intent);
+  EXPECT_EQ(motion.at(0.3).p, Vec3(0.1, -10, 10)) << "what is no place is passed over";
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <fcntl.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -21,7 +22,7 @@ class ChildProcess {
   template <class Work>
   explicit ChildProcess(Work work) {
     int ends[2];
-    if (pipe(ends) != 0) std::abort();
+    if (pipe2(ends, O_CLOEXEC) != 0) std::abort();  // A daemon started later has none of them.
     const pid_t parent = getpid();
     pid_ = fork();
     if (pid_ < 0) std::abort();
@@ -56,6 +57,11 @@ class ChildProcess {
     char bytes[4096];
     for (ssize_t n = 0; (n = read(heard_, bytes, sizeof bytes)) > 0;) text.append(bytes, static_cast<std::size_t>(n));
     return text + end();
+  }
+  /** Whether it has ended. Does not wait. */
+  [[nodiscard]] bool over() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == pid_;
   }
   /** Waits until it has said something; false when it ended without. */
   bool saysSomething() {

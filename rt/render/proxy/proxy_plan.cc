@@ -71,6 +71,16 @@ bool isOverFace(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corn
   return normal.cross(along).dot(x - a) > 0;
 }
 
+/** Of the active planes the one below which the goal lies deepest: not the first met, so that order decides nothing. */
+int deepest(const HalfSpace* planes, std::uint32_t active, const Vec3& goal) HD_RT {
+  int deepest = std::countr_zero(active);
+  for (std::uint32_t others = active & (active - 1); others != 0; others &= others - 1) {
+    const int i = std::countr_zero(others);
+    if (planes[i].height(goal) < planes[deepest].height(goal)) deepest = i;
+  }
+  return deepest;
+}
+
 double settled(std::uint32_t sweeps) HD_RT { return sweeps < kLate ? kSettled : kSettledLate; }
 
 }  // namespace
@@ -338,7 +348,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
   const std::uint32_t others = active & (active - 1);
   if (plan.stay || active == 0) return;
   const bool leads =
-      (others & (others - 1)) == 0 && followFaces(step, std::countr_zero(active), at, 0, Vec3::Zero(), plan);
+      (others & (others - 1)) == 0 && followFaces(step, deepest(exact, active, step.goal), at, 0, Vec3::Zero(), plan);
   if (leads && (others == 0 || plan.faces != 0)) return;  // Of two that hold it one face alone is not the end.
   plan.lands = true;
   plan.keeps = active;

@@ -1,6 +1,7 @@
 /** @file
- * The same scene in other words: its triangles in another order, or all of it turned to anywhere. The hand feels the
- * same in every tick; what is not so is counted by scenes. A few are left: where the hand balances, rounding decides.
+ * The same scene in other words: its triangles in another order or cut in four, or all of it turned to anywhere. The
+ * hand feels the same in every tick; scenes where it does not are counted. A few are left: where the hand balances,
+ * rounding decides.
  */
 #include <gtest/gtest.h>
 
@@ -61,6 +62,12 @@ SceneTelling turned(unsigned seed) {
   return telling;
 }
 
+SceneTelling cut(unsigned) {
+  SceneTelling telling;
+  telling.in_four = true;
+  return telling;
+}
+
 /** In a groove of two meshes it is the deeper one whose faces are followed, not that which was met first. */
 TEST(RetellingProperty, WhichOfTwoMeshesIsMetFirstIsNotFelt) {
   for (const bool ball : {false, true}) {
@@ -69,6 +76,20 @@ TEST(RetellingProperty, WhichOfTwoMeshesIsMetFirstIsNotFelt) {
     wish.ball = ball;
     EXPECT_EQ(differences(wish, shuffled).ever, 0) << (ball ? "ball" : "point");
     EXPECT_LE(differences(wish, turned).ever, 2) << (ball ? "ball" : "point");
+  }
+}
+
+/** Where friction lets go depends on the surface, not on what its flat sides are cut into. A slip over many faces ends
+ * a little elsewhere where they are smaller. */
+TEST(RetellingProperty, WhatAFlatSideIsCutIntoIsNotFeltForLong) {
+  for (const bool ball : {false, true}) {
+    SceneWish wish;
+    wish.bodies = 1;
+    wish.friction = true;
+    wish.ball = ball;
+    EXPECT_LE(differences(wish, cut).lasting, 10) << (ball ? "ball" : "point");
+    wish.creeping = true;
+    EXPECT_LE(differences(wish, cut).lasting, 3) << (ball ? "ball" : "point");
   }
 }
 

@@ -4,130 +4,19 @@
 #include "rt/geometry/nearest/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
 #include "rt/render/proxy/proxy_step.h"
+#include "rt/render/proxy/seen_face.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kFlat = 1e-6;        // Of the squared sine: two faces so much in one plane have no hollow.
-constexpr double kTan2 = 1.0 / 3;     // Squared tangent of half the turn at most.
-constexpr double kAbove = 2;          // Times as high as need be: what stands beside the way is cleared, too.
-constexpr double kMaxLift = 2;        // Of the straight way: more is rounding, where edges nearly coincide.
-constexpr int kMaxFacesAtRest = 256;  // Looked at for where a proxy without friction would be.
-constexpr int kMaxLeads = 2;          // In a tick: what keeps standing in the way is gone along step by step.
-
-/** The point nearest to x on both planes, if both push it there. */
-bool nearestInHollow(const HalfSpace& one, const HalfSpace& other, const Vec3& x, Vec3& nearest) HD_RT {
-  const double cosine = one.normal.dot(other.normal), sine2 = 1 - cosine * cosine;
-  const double to_one = -one.height(x), to_other = -other.height(x);
-  const double push = to_one - cosine * to_other, push_other = to_other - cosine * to_one;
-  if (!(sine2 > kFlat && push > 0 && push_other > 0)) return false;
-  nearest = x + (push / sine2) * one.normal + (push_other / sine2) * other.normal;
-  return true;
-}
-
-/** Height of x above the faces of a box or cylinder that meet in the rim about `point`, and over it above the rim. */
-double heightAtRim(const Shape& shape, FeatureKind kind, const Vec3& point, const Vec3& x) HD_RT {
-  Vec3 height = Vec3::Constant(-std::numeric_limits<double>::infinity());
-  if (shape.kind == ShapeKind::kCylinder) {
-    height[0] = std::copysign(1.0, point.z()) * x.z() - shape.size.y();
-    height[1] = x.head<2>().norm() - shape.size.x();
-  } else {
-    int along = 3;  // Of an edge: where the point is not at the border.
-    if (kind == FeatureKind::kEdge) (shape.size - point.cwiseAbs()).maxCoeff(&along);
-    for (int i = 0; i < 3; ++i) {
-      if (i != along) height[i] = std::copysign(1.0, point[i]) * x[i] - shape.size[i];
-    }
-  }
-  const double out = height.cwiseMax(0.0).norm();
-  return out > 0 ? out : height.maxCoeff();
-}
-
-/** How far x is from the edge of the triangle that begins at `corner`. */
-double distanceToEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x) HD_RT {
-  const Vec3 from = mesh.vertex(triangle, static_cast<int>(corner)), out = x - from;
-  const Vec3 along = mesh.vertex(triangle, static_cast<int>(corner + 1) % 3) - from;
-  return (out - std::clamp(out.dot(along) / along.squaredNorm(), 0.0, 1.0) * along).norm();
-}
-
-/** Of the triangles about a corner the one below whose plane x is least deep. */
-std::uint32_t highestAbout(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x,
-                           std::uint32_t& work) HD_RT {
-  const std::uint32_t vertex = mesh.triangles[triangle][corner];
-  const Vec3 out = x - mesh.vertex(triangle, static_cast<int>(corner));
-  std::uint32_t best = triangle, t = triangle;
-  double highest = -std::numeric_limits<double>::infinity();
-  for (int i = 0; i < kMaxFan && t != HD_NO_INDEX && !(i > 0 && t == triangle); ++i, ++work) {
-    const double height = faceNormal(mesh, t).dot(out);
-    if (height > highest) best = t;
-    highest = std::max(highest, height);
-    t = mesh.neighbours[t][cornerOf(mesh, t, vertex)];
-  }
-  return best;
-}
+constexpr double kAbove = 2;    // Times as high as need be: what stands beside the way is cleared, too.
+constexpr double kMaxLift = 2;  // Of the straight way: more is rounding, where edges nearly coincide.
+constexpr int kMaxLeads = 2;    // In a tick: what keeps standing in the way is gone along step by step.
 
 /** Whether x, seen along the plane's normal, is on the inner side of the edges from a to b and from b to c. */
 bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const HalfSpace& plane, const Vec3& x) HD_RT {
   return (b - a).cross(x - a).dot(plane.normal) >= 0 && (c - b).cross(x - b).dot(plane.normal) >= 0;
 }
-
-/** Of `triangle` the corner that its neighbour does not have. */
-Vec3 oppositeCorner(const MeshView& mesh, std::uint32_t triangle, std::uint32_t neighbour) HD_RT {
-  const auto& across = mesh.neighbours[triangle];
-  return mesh.vertex(triangle, across[0] == neighbour ? 2 : (across[1] == neighbour ? 0 : 1));
-}
-
-/** Of the triangle of these two edges the square of twice its area (Lagrange's identity). */
-double area2(const Vec3& one, const Vec3& other) HD_RT {
-  const double common = one.dot(other);
-  return one.squaredNorm() * other.squaredNorm() - common * common;
-}
-
-/** A triangle of a mesh, and where some point is, seen along its normal. */
-struct SeenFace {
-  const MeshView& mesh;
-  std::uint32_t triangle;
-  Vec3 v[3];
-  Vec3 up;            ///< Twice the area long,
-  double up2 = 0;     ///< and its square.
-  Vec3 along[3];      ///< From corner to corner.
-  double in[3] = {};  ///< Of the point, beyond each edge: times its length and up's.
-
-  SeenFace(const MeshView& m, std::uint32_t t) HD_RT : mesh(m), triangle(t) {
-    for (int k = 0; k < 3; ++k) v[k] = mesh.vertex(t, k);
-    for (int k = 0; k < 3; ++k) along[k] = v[(k + 1) % 3] - v[k];
-    up = along[0].cross(-along[2]);
-    up2 = up.squaredNorm();
-  }
-  /** Too thin for its plane to be told from products of lengths. */
-  [[nodiscard]] bool isNeedle() const HD_RT {
-    return !(up2 > kNeedle2 * (along[0].squaredNorm() * along[2].squaredNorm()));
-  }
-  void seek(const Vec3& x) HD_RT {
-    for (int k = 0; k < 3; ++k) in[k] = along[k].cross(x - v[k]).dot(up);
-  }
-  /** The edge beyond which the point lies farthest; -1 if it is over the face. */
-  [[nodiscard]] int out() const HD_RT {
-    int farthest = -1;
-    double least = 0;
-    for (int k = 0; k < 3; ++k) {
-      if (in[k] >= least) continue;
-      farthest = k;
-      least = in[k];
-    }
-    return farthest;
-  }
-  /** Whether the point is so near to edge k that a plane through it, however it turns, may be nearer than `near`. */
-  [[nodiscard]] bool isNear(int k, double near) const HD_RT {
-    return in[k] * in[k] <= kTan2 * near * near * up2 * along[k].squaredNorm();
-  }
-  /** Of the neighbour over edge k the third corner, from corner k. False if there is none. */
-  [[nodiscard]] bool beyond(int k, Vec3& opposite) const HD_RT {
-    const std::uint32_t across = mesh.neighbours[triangle][k];
-    if (across == HD_NO_INDEX) return false;
-    opposite = oppositeCorner(mesh, across, triangle) - v[k];
-    return true;
-  }
-};
 
 /**
  * Of a face above the hip's foot, `depth` below it: of the neighbours over a ridge whose planes are nearer to the hip
@@ -148,25 +37,6 @@ std::uint32_t nearerNeighbour(const SeenFace& f, const Vec3& hip, double depth) 
     less2 = height * height / area;
   }
   return nearest;
-}
-
-/**
- * The edge of a face over which a neighbour rises that a ball touches with its centre at x, above the face, the deepest
- * of several: -1 if there is none. The ball touches it before its foot on the face comes to the edge.
- */
-int steeperEdge(const SeenFace& f, const Vec3& x, double radius) HD_RT {
-  int steepest = -1;
-  double least = radius * radius;  // Height above its plane, squared with its sign.
-  for (int k = 0; k < 3; ++k) {
-    Vec3 opposite;
-    if (!f.isNear(k, radius) || !f.beyond(k, opposite) || !(f.up.dot(opposite) > 0)) continue;
-    const double height = opposite.dot(f.along[k].cross(x - f.v[k]));
-    const double area = area2(opposite, f.along[k]), squared = height * std::abs(height);
-    if (!(squared < least * area)) continue;
-    steepest = k;
-    least = squared / area;
-  }
-  return steepest;
 }
 
 /** From face to face toward the hip, in the mesh's frame. */
@@ -348,56 +218,6 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   plan.face[1] = lowest(1);
   plan.faces = walk.in_hollow ? 2 : 1;
   return true;
-}
-
-/**
- * Depth of the hip below where a proxy without friction would come to from held[i], along the same surface: the
- * curved one, those that meet in its rim, or faces that lead on from each other. 0 where that is not known: in a
- * hollow, over a border, too far.
- */
-double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
-  const Constraint& c = step.held[i];
-  const SceneObject& object = step.scene->slot(c.slot);
-  const Vec3& hip = step.hipIn(c.slot);
-  Vec3 normal;
-  if (object.shape.kind != ShapeKind::kMesh) {
-    if (c.kind != FeatureKind::kFace) return radius_ - heightAtRim(object.shape, c.kind, c.point, hip);
-    Constraint there = c;
-    double offset = 0;
-    return tangentIn(object, there, hip, normal, offset) ? offset - normal.dot(hip) : 0;
-  }
-  const MeshView& mesh = *object.shape.mesh;
-  std::uint32_t triangle = HD_NO_INDEX, before = HD_NO_INDEX;
-  if (mesh.neighbours == nullptr) return 0;
-  if (c.kind == FeatureKind::kFace) triangle = c.feature;
-  if (c.kind == FeatureKind::kEdge) triangle = faceBeyondEdge(mesh, c.feature, c.corner, hip, normal);
-  if (c.kind == FeatureKind::kVertex) triangle = highestAbout(mesh, c.feature, c.corner, hip, step.work);
-  if (triangle == HD_NO_INDEX) return 0;
-  for (int faces = 0; faces < kMaxFacesAtRest; ++faces, ++step.work) {
-    SeenFace f(mesh, triangle);
-    if (f.isNeedle()) return 0;
-    f.seek(hip);
-    const double depth = f.up.dot(f.v[0] - hip) / std::sqrt(f.up2);
-    const int out = f.out();
-    const std::uint32_t next = out < 0 ? nearerNeighbour(f, hip, depth) : mesh.neighbours[triangle][out];
-    if (out < 0 && (next == HD_NO_INDEX || next == before)) return depth + radius_;
-    if (next == HD_NO_INDEX) return 0;
-    if (next == before) {  // The feet on both lie beyond the edge they share: in its hollow, or on it if they are flat.
-      HalfSpace sides[2];
-      Vec3 rest;
-      for (int k = 0; k < 2; ++k) {
-        const SeenFace side(mesh, k == 0 ? triangle : before);
-        sides[k].normal = side.up / std::sqrt(side.up2);
-        sides[k].offset = sides[k].normal.dot(side.v[0]) + radius_;
-      }
-      if (depth < 0 && sides[1].height(hip) + radius_ > 0)  // From the air: the ball lies on the edge itself.
-        return radius_ - distanceToEdge(mesh, triangle, static_cast<std::uint32_t>(out), hip);
-      return nearestInHollow(sides[0], sides[1], hip, rest) ? (rest - hip).norm() : depth + radius_;
-    }
-    before = triangle;
-    triangle = next;
-  }
-  return 0;
 }
 
 /** A face that is known to hold the proxy, a skin below it. */

@@ -106,12 +106,12 @@ struct ToldScene {
     constexpr int kWayIn = 60;        // Ticks in which a slow hand comes near.
     constexpr double kCreeps = 3e-5;  // In a tick [m].
     Vec3 at(0, 0, 0.12), aim = at;
-    double speed = 0.01;
+    double speed = creeping ? 0.1 : 0.01;
     for (int i = 0; i < ticks; ++i) {
       const bool creeps = creeping && i > kWayIn;
       if (i == 0 || random.once(creeps ? 150 : 25))
-        aim = bodies[random.below(bodies.size())].home.p + random.vector(0.036);
-      if (random.once(30)) speed = std::pow(10, random.in(-3, -0.5));
+        aim = bodies[random.below(bodies.size())].home.p + random.vector(creeping ? 0.02 : 0.036);
+      if (random.once(30)) speed = creeping ? 0.1 : std::pow(10, random.in(-3, -0.5));
       const double far = (aim - at).norm(), part = far > kCreeps ? kCreeps / far : 1.0;
       at += (creeps ? part : speed) * (aim - at);
       hand.push_back(at);

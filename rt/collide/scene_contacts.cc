@@ -26,8 +26,7 @@ bool isLate(const WorkBudget& budget) HD_RT {
 
 constexpr double kTilted = 0.3176;             ///< So far aside of outward a mesh's point may touch [rad], ...
 constexpr double kMostTilted = 1.5;            ///< ... and at most so far where a hit may turn the tool.
-constexpr double kPutDeep = 0.2;               ///< How deep a body may have been put, for the first of its points [m].
-constexpr std::uint32_t kFirst = 8;            ///< The corners of a box.
+constexpr double kPutDeep = 0.2;               ///< How deep a body may have been put, for few of its points [m].
 constexpr std::uint32_t kFieldUnits = 60'000;  ///< For one obstacle: a million points, some 2 ms.
 
 }  // namespace
@@ -413,8 +412,8 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     last_count_ = 0;
     field_.reset();
   }
-  for (std::uint32_t i = 0; held.put && i < std::min(kFirst, points_.count()); ++i) {
-    depth_[i] = static_cast<float>(kPutDeep);
+  for (std::uint32_t i = 0; held.put && i < std::min(ToolPoints::kFew, points_.count()); ++i) {
+    depth_[points_.few(i)] = static_cast<float>(kPutDeep);
   }
   found_.count = 0;
   many_.fill(0);

@@ -83,6 +83,7 @@ void ToolPoints::make(const Shape& shape) HD_RT {
   radius_ = 0;
   reach_ = 0;
   convex_ = shape.kind != ShapeKind::kMesh;
+  corners_first_ = shape.kind == ShapeKind::kBox;
   switch (shape.kind) {
     case ShapeKind::kSphere:
       radius_ = shape.size.x();

@@ -13,7 +13,7 @@ namespace hapticd {
 /** Made by the collide thread when it first sees a tool; allocates nothing. */
 class ToolPoints {
  public:
-  static constexpr std::uint32_t kMost = 2048;
+  static constexpr std::uint32_t kMost = 2048, kFew = 8;
 
   /** A sphere is one ball, a capsule a row of them; boxes and cylinders are sampled, and of a
    * cylinder's mantle there are discs; of a mesh, vertices evenly taken.
@@ -23,6 +23,10 @@ class ToolPoints {
   [[nodiscard]] std::uint32_t count() const HD_RT { return count_; }
   [[nodiscard]] Vec3 at(std::uint32_t i) const HD_RT { return {p_[i][0], p_[i][1], p_[i][2]}; }
   [[nodiscard]] double radius() const HD_RT { return radius_; }  ///< Of each ball [m].
+  /** Number of one of kFew, or of all, that lie all about the tool; of a box they are its corners. */
+  [[nodiscard]] std::uint32_t few(std::uint32_t i) const HD_RT {
+    return corners_first_ || count_ <= kFew ? i : i * (count_ - 1) / (kFew - 1);
+  }
   /** Where on its axis a capsule half as long as that has ball i; a sphere's one, of half 0, is in the middle [m]. */
   [[nodiscard]] static double alongAxis(std::uint32_t i, double half) HD_RT;
   /** Of a cylinder: whether that is no point but a disc of its mantle, at() its middle. */
@@ -51,6 +55,7 @@ class ToolPoints {
   double reach_ = 0;
   Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
   bool convex_ = false;
+  bool corners_first_ = false;
 };
 
 }  // namespace hapticd

@@ -44,12 +44,6 @@ bool canMove(const SceneObject& object) HD_RT {
   return object.parent == 0 && object.shape.kind != ShapeKind::kGroup && object.shape.kind != ShapeKind::kPlane;
 }
 
-/** It may have been put into something, whichever way it was led out of another. */
-void FreeBodies::leadAnew(Entry& entry) HD_RT {
-  entry.leading = kLeadOut;
-  entry.way.setZero();
-}
-
 FreeBodies::Entry* FreeBodies::lookUp(std::uint32_t object) HD_RT {
   for (Entry& entry : entry_) {
     if (object != 0 && entry.object == object) return &entry;
@@ -270,52 +264,6 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   if (!entry.body.asleep()) entry.grip = grip;
 }
 
-/** Out of what it overlaps most, of all that stands. False: that would lead back, or push what moves. */
-bool FreeBodies::findWayOut(const Scene& scene, std::uint8_t k, Touch& out) HD_RT {
-  Entry& entry = entry_[k];
-  double most = Tool::kSlop + Tool::kRecoverTime * kStirring;
-  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
-    const std::uint32_t slot = entry.model.point[i].body();
-    if (!meets(scene, k, slot)) continue;
-    const Touch touch = touchOf(scene, k, i);
-    if (find(slot) != kNone && touch.gap < kTouching) return false;
-    if (find(slot) != kNone) continue;
-    if (scene.sinceArrival(slot) < kStale) entry.leading = kLeadOut;
-    if (-touch.gap <= most) continue;
-    most = -touch.gap;
-    out = touch;
-  }
-  return out.n.dot(entry.way) > -0.5;
-}
-
-/**
- * Nothing that happens to a body gives the energy to lift it out of what it was put into, or what came to stand about
- * it. Whoever put it is taken to go on until it is out: the least way, as slowly as tools leave an overlap, and with no
- * motion left to it. Not while a hand or tool touches it, nor beside other bodies: it would push them.
- */
-void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
-  Entry& entry = entry_[k];
-  if (entry.put > 0 || entry.age >= kStale || entry.pushed) return;
-  Touch overlap;
-  const bool alone = findWayOut(scene, k, overlap);
-  if (!(entry.leading > 0)) return;
-  entry.leading -= dt;
-  settleTouches({&overlap, 1}, dt);
-  if (!alone || !(overlap.separate > 0)) {
-    entry.leading = 0;
-    entry.way.setZero();
-    return;
-  }
-  entry.way = overlap.n;
-  RigidBody& body = entry.body.body;
-  const Twist V = body.twist();
-  Pose X = body.pose();
-  X.p += dt * overlap.separate * entry.way;
-  body.place(X);
-  body.setTwist(V);
-  entry.body.wake();
-}
-
 /** Those that have fewer leave the rest to the others: who came last would have none, and fall through the floor. */
 std::uint32_t FreeBodies::fairShare(const Scene& scene) const HD_RT {
   std::array<std::uint32_t, kMaxBodies> wanted{};
@@ -412,7 +360,7 @@ bool FreeBodies::ask(const Scene& scene, std::span<const std::uint32_t> held, Co
     out.put = entry.leading > 0;
     findObstacles(scene, *self, held, out);
     for (std::uint32_t i = 0; i < out.count; ++i) {
-      out.put = out.put || scene.sinceArrival(out.obstacle[i].slot) < kStale;
+      out.put = out.put || scene.sinceUnmet(out.obstacle[i].slot) < kStale;
     }
   }
   return any;

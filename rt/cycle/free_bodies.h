@@ -108,8 +108,19 @@ class FreeBodies {
   [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
+  // Out of what it was put into (lead_out.cc).
+  /** Touches of one body. */
+  struct Near {
+    static constexpr std::uint32_t kMost = kMaxBodies * kMaxTouches;
+    std::uint32_t count = 0;
+    std::array<Touch, kMost> touch;
+    std::array<std::uint32_t, kMost> slot;  ///< What is touched.
+    std::array<bool, kMost> moves;          ///< It is a body, too.
+  };
+  enum class Way : std::uint8_t { kNone, kBarred, kOut };  ///< It overlaps nothing; something is in the way.
   static void leadAnew(Entry& entry) HD_RT;
-  [[nodiscard]] bool findWayOut(const Scene& scene, std::uint8_t k, Touch& out) HD_RT;
+  void findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT;
+  [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Touch& out) HD_RT;
   void leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT;
   /** How many touches each body may have, so that all together have room. */
   [[nodiscard]] std::uint32_t fairShare(const Scene& scene) const HD_RT;

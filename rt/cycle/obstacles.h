@@ -15,11 +15,6 @@ namespace hapticd {
 /** Whether a slot is that one, or below it in the tree. */
 [[nodiscard]] bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT;
 
-/** Whether tools and free bodies touch an object at all: it is there, enabled, and has a stiffness. */
-[[nodiscard]] inline bool isFelt(const SceneObject& object) HD_RT {
-  return object.id != 0 && (object.flags & HD_OBJECT_ENABLED) != 0 && object.material.stiffness > 0;
-}
-
 /** Time in which the collide thread has answered anew [s]. */
 inline constexpr double kAnswerTime = 5e-3;
 

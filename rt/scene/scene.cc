@@ -227,6 +227,7 @@ ErrorCode Scene::setShape(const SetShape& order) HD_RT {
   object->shape = shape;
   updateBall(*object);
   motion_[objectSlot(order.object)].reshaped = true;
+  motion_[objectSlot(order.object)].unmet = time_;
   noteEffect(objectSlot(order.object));
   settled_ = false;
   rebuildTouchable();
@@ -237,7 +238,9 @@ ErrorCode Scene::setMaterial(const hd_object_material& order) HD_RT {
   SceneObject* object = findMutable(order.object);
   if (!object) return ErrorCode::kNotFound;
   if (!isValid(order.material)) return ErrorCode::kInvalidArgument;
+  const bool before = isFelt(*object);
   object->material = order.material;
+  noteFelt(objectSlot(order.object), before);
   return ErrorCode::kOk;
 }
 
@@ -265,11 +268,17 @@ ErrorCode Scene::setSurface(const SetSurface& order) HD_RT {
 ErrorCode Scene::setFlags(const hd_object_flags& order) HD_RT {
   SceneObject* object = findMutable(order.object);
   if (!object) return ErrorCode::kNotFound;
+  const bool before = isFelt(*object);
   object->flags = (object->flags & ~order.mask) | (order.value & order.mask);
+  noteFelt(objectSlot(order.object), before);
   noteEffect(objectSlot(order.object));
   settled_ = false;
   rebuildTouchable();
   return ErrorCode::kOk;
+}
+
+void Scene::noteFelt(std::uint32_t slot, bool before) HD_RT {
+  if (!before && isFelt(objects_[slot])) motion_[slot].unmet = time_;
 }
 
 /** What the object in that slot does to hands may be another from now on. */
@@ -373,6 +382,15 @@ void Scene::advance(double dt) HD_RT {
   }
 }
 
+/** Whether a pose brings it farther than its velocity does in a tick and than contacts foresee. */
+bool Scene::stepsUnmet(const SceneObject& object, const Motion& motion, double dt) const HD_RT {
+  if (!motion.pose_set) return false;
+  constexpr double kMostLever = 1;  // Of what has no end [m].
+  const double step = (object.X_PO.p - motion.X_PO_before.p - dt * object.V_PO.v).norm();
+  const double turn = object.X_PO.q.angularDistance(rotated(motion.X_PO_before.q, object.V_PO.w, dt));
+  return step + turn * std::min(object.radius, kMostLever) > kUnmetStep;
+}
+
 /** True if the object must be looked at next tick as well. */
 bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   SceneObject& object = objects_[slot];
@@ -386,7 +404,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.mesh = object.shape.mesh;
   const bool still = !motion.pose_set && !motion.jump && !motion.world_moved && !object.moved && !motion.told;
   if (still && !driven && !above.world_moved && !above.told) {
-    motion.teleported = motion.reshaped = false;
+    motion.teleported = motion.reshaped = motion.stepped = false;
     return object.appeared;
   }
 
@@ -406,6 +424,8 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   }
   motion.world_moved = motion.jump || above.world_moved || !same(object.X_PO, motion.X_PO_before);
   motion.teleported = motion.jump || above.teleported;
+  motion.stepped = above.stepped || motion.teleported || stepsUnmet(object, motion, dt);
+  if (motion.stepped) motion.unmet = time_;
 
   if (driven || motion.jump) {
     motion.told_for = 0;

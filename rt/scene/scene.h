@@ -63,6 +63,11 @@ struct SceneObject {
   [[nodiscard]] Vec3 velocityAt(const Vec3& x_W) const HD_RT { return V_WO.v + V_WO.w.cross(x_W - X_WO.p); }
 };
 
+/** Whether tools and free bodies touch an object at all: it is there, enabled, and has a stiffness. */
+[[nodiscard]] inline bool isFelt(const SceneObject& object) HD_RT {
+  return object.id != 0 && (object.flags & HD_OBJECT_ENABLED) != 0 && object.material.stiffness > 0;
+}
+
 /** An object is at that place in its parent's frame, and moves so. */
 [[nodiscard]] inline hd_object_pose poseMessage(std::uint32_t object, const Pose& X, const Twist& V = {}) HD_RT {
   hd_object_pose pose{};
@@ -124,6 +129,7 @@ class Scene {
   static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
   static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
   static constexpr double kPoseHold = 0.02;       ///< [s]
+  static constexpr double kUnmetStep = 0.002;     ///< In a tick, of what its surface may be [m].
   static constexpr std::uint32_t kMaxTriangleMoves = 8192;
 
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
@@ -171,6 +177,13 @@ class Scene {
   [[nodiscard]] double sinceArrival(std::uint32_t i) const HD_RT {
     return motion_[i].jump ? 0 : time_ - motion_[i].arrived;
   }
+  /**
+   * Since it may have come to be about something that is there, or within it, unmet: it arrived, came to be felt, got
+   * another shape, or made a step that neither its velocity tells nor contacts foresee [s].
+   */
+  [[nodiscard]] double sinceUnmet(std::uint32_t i) const HD_RT {
+    return motion_[i].jump ? 0 : time_ - motion_[i].unmet;
+  }
   /** Velocity of the surface at x_W, in W; `feature`, as in SweepHit, is the triangle of a mesh that may deform. */
   [[nodiscard]] Vec3 velocityAt(const SceneObject& object, std::uint32_t feature, const Vec3& x_W) const HD_RT;
   /** The object of that id, or null when it is gone. */
@@ -188,6 +201,8 @@ class Scene {
     const MeshView* mesh = nullptr;  ///< and this was its mesh; not to be followed.
     bool teleported = false;         ///< In the last advance(): children were carried along.
     double arrived = 0;              ///< When that was, on the scene's clock [s].
+    double unmet = 0;                ///< As sinceUnmet(), on the same clock [s].
+    bool stepped = false;            ///< In the last advance(), farther than is met: children were carried along.
     bool world_moved = false;        ///< In the last advance(): children follow.
     Twist V_told;                    ///< By poses alone, in the parent's frame,
     double told_for = 0;             ///< so much longer [s].
@@ -209,6 +224,8 @@ class Scene {
   void noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_RT;
   ErrorCode makeShape(const ShapeParameters& parameters, Shape& shape) const HD_RT;
   bool advanceObject(std::uint32_t slot, double dt) HD_RT;
+  [[nodiscard]] bool stepsUnmet(const SceneObject& object, const Motion& motion, double dt) const HD_RT;
+  void noteFelt(std::uint32_t slot, bool before) HD_RT;
   void rebuildTouchable() HD_RT;
 
   const MeshTable* meshes_;

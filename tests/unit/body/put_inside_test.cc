@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/support/shape/signed_gap.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 
@@ -15,7 +16,7 @@ using test::object;
 constexpr std::uint32_t kAbout = makeObjectId(20, 1), kPut = makeObjectId(21, 1);
 const Vec3 kAboutHalf(0.05, 0.05, 0.04), kAboutAt(0.2, 0, 0.1);
 
-enum class How : std::uint8_t { kMade, kMoved, kBlockMade };
+enum class How : std::uint8_t { kMade, kMoved, kBlockMade, kBlockEnabled, kBlockGrown, kBlockFelt, kGrown };
 
 struct Put {
   ShapeKind block, shape;
@@ -41,17 +42,35 @@ class PutHouse {
     for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-4 * mass;
     house.send(CommandKind::kSetBody, order);
   }
+  void reshape(std::uint32_t id, ShapeKind kind, const Vec3& size) {
+    SetShape order{id, 0, {static_cast<std::uint32_t>(kind), 3, {}}};
+    store(size, order.shape.size);
+    house.send(CommandKind::kSetShape, order);
+  }
   void put(const Put& put) {
     const Vec3 at = kAboutAt + Vec3(0.001, 0.002, kAboutHalf.z() - put.deep);
+    const Vec3 little = Vec3::Constant(1e-4);
+    const hd_object_flags enabled{kAbout, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED};
     if (put.how != How::kBlockMade) addBlock(put.block);
-    addBody(put, put.how == How::kMoved ? Vec3(kAboutAt + Vec3(0, 0, 0.2)) : at);
+    if (put.how == How::kBlockEnabled) house.send(CommandKind::kObjectFlags, hd_object_flags{kAbout, enabled.mask, 0});
+    if (put.how == How::kBlockFelt) house.send(CommandKind::kObjectMaterial, hd_object_material{kAbout, 0, {}});
+    if (put.how == How::kBlockGrown) reshape(kAbout, ShapeKind::kBox, little);
+    Put first = put;
+    if (put.how == How::kGrown) first.size = little;
+    const bool elsewhere = put.how == How::kMoved || put.how == How::kGrown;
+    addBody(first, elsewhere ? Vec3(kAboutAt + Vec3(0, 0, 0.2)) : at);
     house.run(300);
     if (put.how == How::kBlockMade) addBlock(put.block);
-    if (put.how != How::kMoved) return;
+    if (put.how == How::kBlockEnabled) house.send(CommandKind::kObjectFlags, enabled);
+    if (put.how == How::kBlockFelt)
+      house.send(CommandKind::kObjectMaterial, hd_object_material{kAbout, 0, {1000, 0, 0.4, 0.3}});
+    if (put.how == How::kBlockGrown) reshape(kAbout, put.block, kAboutHalf);
+    if (!elsewhere) return;
     hd_object_pose pose{kPut, 0, {}, {1}, {}, {}};
     store(at, pose.p);
     house.send(CommandKind::kObjectPose, pose);
     house.run(1);
+    if (put.how == How::kGrown) reshape(kPut, put.shape, put.size);
   }
   [[nodiscard]] const FreeBody& body() const { return house.servo->cycle().bodies().body(0); }
 
@@ -67,10 +86,19 @@ TEST(PutInside, ComesOutSlowlyAndStays) {
                        {ShapeKind::kMesh, ShapeKind::kSphere, ball, 0.025, How::kMoved},
                        {ShapeKind::kMesh, ShapeKind::kBox, box, 0.004, How::kMoved},
                        {ShapeKind::kBox, ShapeKind::kBox, box, 0.025, How::kBlockMade},
-                       {ShapeKind::kMesh, ShapeKind::kBox, box, 0.012, How::kMade}};
+                       {ShapeKind::kMesh, ShapeKind::kBox, box, 0.012, How::kMade},
+                       {ShapeKind::kBox, ShapeKind::kBox, {0.02, 0.01, 0.005}, 0.025, How::kMade},
+                       {ShapeKind::kBox, ShapeKind::kBox, box, 0.025, How::kBlockEnabled},
+                       {ShapeKind::kMesh, ShapeKind::kSphere, ball, 0.004, How::kBlockEnabled},
+                       {ShapeKind::kMesh, ShapeKind::kSphere, ball, 0.025, How::kBlockGrown},
+                       {ShapeKind::kBox, ShapeKind::kBox, box, 0.004, How::kBlockGrown},
+                       {ShapeKind::kMesh, ShapeKind::kBox, box, 0.025, How::kBlockFelt},
+                       {ShapeKind::kBox, ShapeKind::kSphere, ball, 0.004, How::kBlockFelt},
+                       {ShapeKind::kBox, ShapeKind::kSphere, ball, 0.004, How::kGrown}};
   for (const Put& one : cases) {
     PutHouse scene;
-    const std::string what = std::string(one.block == ShapeKind::kMesh ? "mesh" : "box") + ", " +
+    const std::string what = std::to_string(static_cast<int>(one.how)) + ": " +
+                             std::string(one.block == ShapeKind::kMesh ? "mesh" : "box") + ", " +
                              (one.shape == ShapeKind::kBox ? "box " : "ball ") + std::to_string(one.deep);
     if (one.how != How::kMade) {
       scene.put(one);
@@ -139,6 +167,78 @@ TEST(PutInside, GivesUpWhereThereIsNoWay) {
   scene.house.run(4500);
   EXPECT_TRUE(scene.body().asleep());
   EXPECT_LT((scene.body().body.com() - Vec3(0, 0.3, 0.6)).norm(), 2e-4);
+}
+
+/** A block that somebody moves about it in one step, unmet, is no wall that comes: it was deep in there for ever. */
+TEST(PutInside, ComesOutOfWhatStepsAboutIt) {
+  PutHouse scene;
+  const Vec3 ball(0.005, 0, 0);
+  scene.addBlock(ShapeKind::kBox);
+  const Vec3 at = kAboutAt + Vec3(0.15, 0, kAboutHalf.z() - 0.025);
+  scene.addBody({ShapeKind::kBox, ShapeKind::kSphere, ball, 0.025, How::kMade}, at);
+  scene.house.run(300);
+  scene.house.send(CommandKind::kObjectPose, poseMessage(kAbout, {kAboutAt + Vec3(0.15, 0, 0), Quat::Identity()}));
+  scene.house.run(800);
+  const Vec3 x = scene.body().body.com() - kAboutAt - Vec3(0.15, 0, 0);
+  EXPECT_GT(test::signedGap({ShapeKind::kBox, kAboutHalf}, x), ball.x() - 2 * Tool::kSlop);
+}
+
+/** Neither has a motion that could part them, and of what they lose nothing is left. */
+TEST(PutInside, TwoBodiesThatAreMadeInEachOtherComeApart) {
+  for (const double deep : {5e-4, 6e-3}) {
+    for (const bool falls : {false, true}) {
+      PutHouse scene;
+      if (falls) scene.house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -9.81}});
+      const Vec3 half(0.01, 0.01, 0.008), at(0.1, 0.1, falls ? half.z() : 0.3);
+      scene.addBody({ShapeKind::kBox, ShapeKind::kBox, half, 0, How::kMade}, at);
+      scene.house.run(400);
+      const std::uint32_t other = makeObjectId(22, 1);
+      scene.house.send(CommandKind::kAddObject,
+                       object(other, ShapeKind::kBox, half, at + Vec3(5e-4, 3e-4, 2 * half.z() - deep)));
+      SetBody order{};
+      order.object = other;
+      order.falls = 1;
+      order.mass = 0.1;
+      for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
+      scene.house.send(CommandKind::kSetBody, order);
+      const FreeBodies& bodies = scene.house.servo->cycle().bodies();
+      double motion = 0;
+      for (int i = 0; i < 600; ++i) {
+        scene.house.run(1);
+        motion = std::max({motion, bodies.body(0).body.twist().v.norm(), bodies.body(1).body.twist().v.norm()});
+      }
+      const Vec3 apart = bodies.body(1).body.com() - bodies.body(0).body.com();
+      EXPECT_NEAR(apart.z(), 2 * half.z(), 2 * Tool::kSlop) << deep << falls;
+      EXPECT_LT(apart.head<2>().norm(), 1e-3) << deep << falls;
+      EXPECT_LT(motion, 0.01) << deep << falls;
+    }
+  }
+}
+
+/** It stops before it, and goes on when that has gone. */
+TEST(PutInside, IsLedIntoNoBody) {
+  PutHouse scene;
+  const Put box{ShapeKind::kBox, ShapeKind::kBox, {0.01, 0.01, 0.005}, 0, How::kMade};
+  const std::uint32_t hangs = makeObjectId(22, 1);
+  const Vec3 above(0.1, 0.1, 0.012);
+  scene.house.send(CommandKind::kAddObject, object(hangs, ShapeKind::kBox, box.size, above));
+  SetBody order{};
+  order.object = hangs;
+  order.mass = 0.1;
+  for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
+  scene.house.send(CommandKind::kSetBody, order);
+  scene.house.run(20);
+  scene.addBody(box, {0.1, 0.1, -0.001});
+  const FreeBodies& bodies = scene.house.servo->cycle().bodies();
+  scene.house.run(500);
+  EXPECT_EQ(bodies.body(0).body.com(), above) << "to the bit";
+  EXPECT_GT(bodies.body(1).body.com().z(), 0) << "it was led, ...";
+  EXPECT_LT(bodies.body(1).body.com().z(), above.z() - 2 * box.size.z()) << "... and stopped";
+  hd_object_pose pose{hangs, 0, {}, {1}, {}, {}};
+  store(Vec3(0.3, 0.1, 0.3), pose.p);
+  scene.house.send(CommandKind::kObjectPose, pose);
+  scene.house.run(500);
+  EXPECT_NEAR(bodies.body(1).body.com().z(), box.size.z(), 2 * Tool::kSlop);
 }
 
 /** Beside another body it stays: it would push that, with energy from nowhere. */

@@ -1,0 +1,139 @@
+// A body that was put into something, or about which something has come to be, is led out of it.
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "rt/cycle/free_bodies.h"
+#include "rt/cycle/obstacles.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kLeastLead = 1e-5;  ///< What would be led more slowly is out [m/s].
+constexpr double kOnward = 0.5;      ///< Cosine of ways that lead the same way.
+constexpr double kAgainst = 0.3;     ///< Of a way: it goes so much against what it must not press.
+
+}  // namespace
+
+/** It may have been put into something, whichever way it was led out of another. */
+void FreeBodies::leadAnew(Entry& entry) HD_RT {
+  entry.leading = kLeadOut;
+  entry.way.setZero();
+}
+
+/** What body k touches as it knows itself, and what other bodies know of it: either finds the other. */
+void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT {
+  const auto add = [&](const Touch& touch, std::uint32_t slot, bool moves) HD_RT {
+    near.touch[near.count] = touch;
+    near.slot[near.count] = slot;
+    near.moves[near.count++] = moves;
+  };
+  for (std::uint32_t i = 0; i < entry_[k].model.count; ++i) {
+    const std::uint32_t slot = entry_[k].model.point[i].body();
+    if (!meets(scene, k, slot)) continue;
+    add(touchOf(scene, k, i), slot, find(slot) != kNone);
+  }
+  for (std::uint8_t other = 0; other < kMaxBodies; ++other) {
+    const Entry& its = entry_[other];
+    if (other == k || its.object == 0 || its.held) continue;
+    for (std::uint32_t i = 0; i < its.model.count && near.count < Near::kMost; ++i) {
+      const std::uint32_t slot = its.model.point[i].body();
+      if (find(slot) != k || !meets(scene, other, slot)) continue;
+      Touch touch = touchOf(scene, other, i);
+      std::swap(touch.r_a, touch.r_b);
+      touch.n = -touch.n;
+      add(touch, objectSlot(its.object), true);
+    }
+  }
+}
+
+/**
+ * The least way out of each thing that it overlaps: along one of the planes that it touches it by, until no point that
+ * is known to be in there is below that plane. Of several things the one that takes the longest, and once it goes one
+ * way none that leads back.
+ */
+FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, double dt, Touch& out) HD_RT {
+  const double least_overlap = Tool::kSlop + Tool::kRecoverTime * kLeastLead;
+  const auto below = [&](const Touch& plane, const Touch& point)
+                         HD_RT { return -plane.gap + plane.n.dot(plane.r_a - point.r_a); };
+  const auto wayAlong = [&](std::uint32_t i) HD_RT {
+    double most = -near.touch[i].gap;
+    for (std::uint32_t j = 0; j < near.count; ++j) {
+      if (near.slot[j] == near.slot[i] && near.touch[j].gap < 0)
+        most = std::max(most, below(near.touch[i], near.touch[j]));
+    }
+    return most;
+  };
+  const bool begun = !entry.way.isZero(0);
+  std::uint32_t chosen = near.count;
+  double longest = 0;
+  for (std::uint32_t i = 0; i < near.count; ++i) {
+    if (!(-near.touch[i].gap > least_overlap)) continue;
+    std::uint32_t best = near.count;
+    double shortest = std::numeric_limits<double>::infinity();
+    bool onward = false;
+    for (std::uint32_t j = 0; j < near.count; ++j) {
+      const Touch& touch = near.touch[j];
+      if (near.slot[j] != near.slot[i] || !(-touch.gap > least_overlap)) continue;
+      const bool goes_on = begun && touch.n.dot(entry.way) > kOnward;
+      const double way = wayAlong(j);
+      if (goes_on < onward || (goes_on == onward && !(way < shortest))) continue;
+      onward = goes_on;
+      shortest = way;
+      best = j;
+    }
+    if (!(shortest > longest)) continue;
+    longest = shortest;
+    chosen = best;
+  }
+  if (chosen == near.count) return Way::kNone;
+  out = near.touch[chosen];
+  if (begun && out.n.dot(entry.way) < -kOnward) return Way::kBarred;
+  // Of two that are led, both may come nearer in a tick.
+  const double next = kTouching + 2 * dt * Tool::kRecoverSpeed;
+  for (std::uint32_t j = 0; j < near.count; ++j) {
+    const Touch& touch = near.touch[j];
+    const bool behind = near.slot[j] == near.slot[chosen] && below(near.touch[chosen], touch) >= 0;
+    const double from = near.moves[j] ? next : kTouching;
+    if (!behind && touch.gap < from && touch.n.dot(out.n) < -kAgainst) return Way::kBarred;
+  }
+  out.gap = -longest;
+  return Way::kOut;
+}
+
+/**
+ * Nothing that happens to a body gives the energy to lift it out of what it was put into, or what came to be about
+ * it. Whoever did that is taken to go on until it is out: the least way, as slowly as tools leave an overlap, and with
+ * no motion left to it. Not while a hand or tool touches it, nor against other bodies: it would push them. It waits
+ * for these.
+ */
+void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
+  Entry& entry = entry_[k];
+  if (entry.put > 0 || entry.age >= kStale || entry.pushed) return;
+  const auto isUnmet = [&](std::uint32_t slot) HD_RT { return scene.sinceUnmet(slot) < kStale; };
+  bool unmet = isUnmet(objectSlot(entry.object));
+  for (std::uint32_t i = 0; i < entry.model.count && !unmet; ++i) unmet = isUnmet(entry.model.point[i].body());
+  if (unmet) entry.leading = kLeadOut;
+  if (!(entry.leading > 0)) return;
+  entry.leading -= dt;
+  Near near;
+  findNear(scene, k, near);
+  Touch overlap;
+  const Way way = findWayOut(entry, near, dt, overlap);
+  if (way == Way::kNone) {
+    entry.leading = 0;
+    entry.way.setZero();
+  }
+  if (way != Way::kOut) return;
+  settleTouches({&overlap, 1}, dt);
+  entry.way = overlap.n;
+  RigidBody& body = entry.body.body;
+  const Twist V = body.twist();
+  Pose X = body.pose();
+  X.p += dt * overlap.separate * entry.way;
+  body.place(X);
+  body.setTwist(V);
+  entry.body.wake();
+}
+
+}  // namespace hapticd

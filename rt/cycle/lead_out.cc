@@ -1,5 +1,6 @@
 // A body that was put into something, or about which something has come to be, is led out of it.
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <utility>
 
@@ -67,8 +68,14 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   const bool begun = !entry.way.isZero(0);
   std::uint32_t chosen = near.count;
   double longest = 0;
+  std::array<std::uint32_t, Near::kMost> looked;  // What is touched, once each.
+  std::uint32_t looked_count = 0;
+  const auto isLooked = [&](std::uint32_t slot) HD_RT {
+    return std::find(looked.begin(), looked.begin() + looked_count, slot) != looked.begin() + looked_count;
+  };
   for (std::uint32_t i = 0; i < near.count; ++i) {
-    if (!(-near.touch[i].gap > least_overlap)) continue;
+    if (!(-near.touch[i].gap > least_overlap) || isLooked(near.slot[i])) continue;
+    looked[looked_count++] = near.slot[i];
     std::uint32_t best = near.count;
     double shortest = std::numeric_limits<double>::infinity();
     bool onward = false;

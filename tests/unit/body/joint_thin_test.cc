@@ -1,9 +1,12 @@
 // Touches of a face that its corners imply are left out of a step; what they do not imply stays.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
+#include <vector>
 
 #include "rt/body/joint_step.h"
+#include "tests/support/for_seeds.h"
 
 namespace hapticd {
 namespace {
@@ -68,6 +71,44 @@ TEST_F(JointThin, AnEdgeInTheGroundDoesNotHoldTheMiddle) {
   step([](int, Touch& touch) { touch.gap = 1e-3 * touch.r_a.x() / half.x(); });
   EXPECT_GT(kept(), 4U);
   EXPECT_GT(velocityAt(body.body.twist(), {0, 0, -half.z()}).z(), -1e-5);
+}
+
+/** Brute force: whatever was left out, no touch closes by more than it may, on faces of any shape that come at any
+ * slant. */
+TEST_F(JointThin, NoTouchIsForgotten) {
+  int left_out = 0;
+  forSeeds(300, [&](unsigned seed) {
+    Random random(seed);
+    const Mat3 turn = random.turn().toRotationMatrix();
+    body = FreeBody(MassProperties::ofBox(0.1, 2 * half), 0, true);
+    body.body.place({random.vector(0.05), Quat(turn)});
+    body.body.setTwist({turn * Vec3(random.in(-0.1, 0.1), random.in(-0.1, 0.1), random.in(-0.4, 0)), random.vector(3)});
+    joint->begin(1e-3, turn * Vec3(0, 0, -9.81));
+    const std::uint8_t mover = joint->add(body);
+    std::vector<Touch> touches;
+    const double x = random.in(-4e-3, 4e-3), y = random.in(-4e-3, 4e-3);  // The slant.
+    const bool grid = random.once(2);                                     // Many along one line, and some twice.
+    for (int i = 0, n = 3 + static_cast<int>(random.below(12)); i < n; ++i) {
+      Vec3 at(random.in(-1, 1), random.in(-1, 1), -1);
+      if (grid) at = {std::round(2 * at.x()) / 2, std::round(2 * at.y()) / 2, -1};
+      at = half.cwiseProduct(at);
+      Touch touch;
+      touch.r_a = turn * at;
+      touch.n = turn.col(2);
+      touch.gap = std::max(0.0, 1e-4 + x * at.x() + y * at.y() - (random.once(6) ? random.in(0, 1e-4) : 0));
+      touch.key = static_cast<std::uint64_t>(i) + 1;
+      touches.push_back(touch);
+      ASSERT_TRUE(joint->add(touch, mover, JointStep::kFixed));
+    }
+    joint->solve();
+    left_out += static_cast<int>(touches.size() - kept());
+    for (const Touch& touch : touches) {
+      const double closes = -1e-3 * velocityAt(body.body.twist(), touch.r_a).dot(touch.n);
+      ASSERT_LE(closes, touch.gap + 1.001e-6 + 1e-3 * joint->residual())
+          << "of " << touches.size() << " touches " << kept() << " were kept";
+    }
+  });
+  EXPECT_GT(left_out, 300) << "else the test shows nothing";
 }
 
 TEST_F(JointThin, TouchesOfOtherThingsOtherFacesAndOtherMaterialsStay) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "rt/body/joint_step.h"
@@ -73,6 +74,36 @@ TEST_F(JointThin, AnEdgeInTheGroundDoesNotHoldTheMiddle) {
   EXPECT_GT(velocityAt(body.body.twist(), {0, 0, -half.z()}).z(), -1e-5);
 }
 
+/** A box that lies on two, each on half of it; of each pair some touches tell who lies on whom the other way round. */
+TEST_F(JointThin, FacesOfTwoBodiesAreTheSameFromEitherSide) {
+  std::vector<FreeBody> boxes;
+  for (const double x : {0.0, -0.02, 0.02}) {
+    FreeBody box(MassProperties::ofBox(0.1, {0.04, 0.06, 0.02}), 0, true);
+    box.body.place({{x, 0, x == 0 ? 0.03 : 0.01}, Quat::Identity()});
+    boxes.push_back(box);
+  }
+  joint->begin(1e-3, Vec3::Zero());
+  for (FreeBody& box : boxes) (void)joint->add(box);
+  for (const std::uint8_t below : {1, 2}) {
+    for (int i = 0; i < 9; ++i) {
+      const Vec3 at((below == 1 ? -0.02 : 0) + 0.01 * (i % 3), 0.03 * (i / 3 - 1), 0.02);
+      Touch touch;
+      touch.key = static_cast<std::uint64_t>(9 * below + i);
+      touch.r_a = at - boxes[0].body.com();
+      touch.r_b = at - boxes[below].body.com();
+      if (i % 2 == 0) {
+        ASSERT_TRUE(joint->add(touch, 0, below));
+      } else {
+        std::swap(touch.r_a, touch.r_b);
+        touch.n = -touch.n;
+        ASSERT_TRUE(joint->add(touch, below, 0));
+      }
+    }
+  }
+  joint->solve();
+  EXPECT_EQ(kept(), 8U) << "the four corners of each";
+}
+
 /** Brute force: whatever was left out, no touch closes by more than it may, on faces of any shape that come at any
  * slant. */
 TEST_F(JointThin, NoTouchIsForgotten) {
@@ -108,15 +139,19 @@ TEST_F(JointThin, NoTouchIsForgotten) {
           << "of " << touches.size() << " touches " << kept() << " were kept";
     }
   });
-  EXPECT_GT(left_out, 300) << "else the test shows nothing";
+  if (seeds(2).size() > 1) {
+    EXPECT_GT(left_out, 300) << "else the test shows nothing";
+  }
 }
 
 TEST_F(JointThin, TouchesOfOtherThingsOtherFacesAndOtherMaterialsStay) {
   const auto middle = [](int i) { return i == kMiddle; };
   step([&](int i, Touch& touch) { touch.friction = middle(i) ? 0.5 : 0.4; });
   EXPECT_EQ(kept(), 5U) << "friction";
-  step([&](int i, Touch& touch) { touch.key |= middle(i) ? 7ULL << 24 : 0; });
+  step([&](int i, Touch& touch) { touch.key |= middle(i) ? 1ULL << 24 : 0; });
   EXPECT_EQ(kept(), 5U) << "another obstacle";
+  step([&](int i, Touch& touch) { touch.key |= middle(i) ? 1ULL << 23 : 0; });
+  EXPECT_EQ(kept(), 4U) << "another part of the same one";
   step([&](int i, Touch& touch) { touch.n = middle(i) ? Vec3(0.01, 0, 1).normalized() : Vec3::UnitZ(); });
   EXPECT_EQ(kept(), 5U) << "another face";
   step([&](int i, Touch& touch) { touch.give = middle(i) ? 1e-3 : 0; });

@@ -166,7 +166,11 @@ void expectNothingStays(bool daemon_dies) {
     ASSERT_TRUE(daemon.running()) << daemon.log();
     std::string after;
     EXPECT_TRUE(eventually([&] { return (after = tidied(daemon)) == before; })) << after << "\nbefore: " << before;
-    EXPECT_EQ(daemon.terminate(), 0);
+    const int code = daemon.terminate();
+    const std::string log = daemon.log();
+    // A machine too busy to run a servo within 0.3 s: the daemon ends without it, and says so.
+    EXPECT_TRUE(code == 0 || log.find("does not come back") != std::string::npos) << code;
+    EXPECT_EQ(log.find("Sanitizer"), std::string::npos);
     if (testing::Test::HasFailure()) std::fputs(daemon.log().c_str(), stderr);
   });
 }

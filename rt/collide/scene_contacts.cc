@@ -89,9 +89,8 @@ void SceneContacts::keep(const Contact& contact, const CollideRequest::Held& hel
   const auto named = [&](const Named& n) HD_RT { return n.body == body && n.feature == contact.feature_a; };
   const bool stays = std::any_of(named_.begin(), named_.begin() + named_count_, named);
   Eigen::Index axis = 0;
-  const Vec3 n_B = held.obstacle[k].X_WO.q.conjugate() * contact.n_W;  // In another frame it is the same side.
-  n_B.cwiseAbs().maxCoeff(&axis);
-  const auto side = static_cast<std::uint8_t>(1 + 6 * body + 2 * axis + (n_B[axis] < 0 ? 1 : 0));
+  contact.n_W.cwiseAbs().maxCoeff(&axis);
+  const auto side = static_cast<std::uint8_t>(1 + 6 * body + 2 * axis + (contact.n_W[axis] < 0 ? 1 : 0));
   const bool corner = made_of_.kind == ShapeKind::kBox && contact.feature_a < kBoxCorners;
   const double depth = contact.depth + reach + (stays ? ContactModel::kLeastReach : 0) + (corner ? reach_ : 0);
   const Kept kept{far ? kFar : side, depth, reach};

@@ -356,6 +356,7 @@ bool FreeBodies::ask(const Scene& scene, std::span<const std::uint32_t> held, Co
     out.shape = self->shape;
     out.X_WO = entry.body.body.pose();
     out.V_WO = entry.body.body.originTwist();
+    out.speed = speedBound(entry.body.body, *self);
     out.put = entry.leading > 0;
     findObstacles(scene, *self, held, out);
     for (std::uint32_t i = 0; i < out.count; ++i) {

@@ -214,6 +214,7 @@ void HeldTool::ask(const Scene& scene, CollideRequest::Held& held) const HD_RT {
   held.shape = self->shape;
   held.X_WO = tool_.body().pose();
   held.V_WO = tool_.body().originTwist();
+  held.speed = speedBound(tool_.body(), *self);
   findObstacles(scene, *self, {}, held);
 }
 

@@ -4,8 +4,6 @@
 #include <array>
 #include <cmath>
 
-#include "rt/body/mobility.h"
-
 namespace hapticd {
 namespace {
 
@@ -28,22 +26,28 @@ bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT {
   return false;
 }
 
+double speedBound(const RigidBody& body, const SceneObject& object) HD_RT {
+  // The ball's middle from the body's centre of mass: as the scene has it, which may be a tick behind.
+  const Vec3 middle = object.toLocal(object.center_W) - body.comInO();
+  return body.twist().v.norm() + body.twist().w.norm() * (middle.norm() + object.radius);
+}
+
 void findObstacles(const Scene& scene, const SceneObject& self, std::span<const std::uint32_t> but,
                    CollideRequest::Held& held) HD_RT {
   held.count = 0;
-  held.speed = 0;
-  const Vec3 center = held.X_WO * self.toLocal(self.center_W);
-  const Vec3 own = velocityAt(held.V_WO, center - held.X_WO.p);
+  const Vec3 center = self.center_W + (held.X_WO.p - self.X_WO.p);
+  const double own_speed = held.speed;
   std::array<double, CollideRequest::kMostObstacles> apart_of;
+  double fastest = 0;
   for (const std::uint16_t slot : scene.touchable()) {
     const SceneObject& object = scene.slot(slot);
     if (!isFelt(object) || !isFirm(object.shape) || isPartOf(scene, slot, objectSlot(self.id))) continue;
     if (std::any_of(but.begin(), but.end(), [&](std::uint32_t id) { return isPartOf(scene, slot, objectSlot(id)); })) {
       continue;
     }
-    const double speed = (own - object.velocityAt(center)).norm() + (held.V_WO.w - object.V_WO.w).norm() * self.radius;
+    const double speed = object.velocityAt(center).norm() + object.V_WO.w.norm() * self.radius;
     const double apart = apartFrom(object, center) - self.radius;
-    if (apart > kNearObstacle + kNearObstacleTime * speed) continue;
+    if (apart > kNearObstacle + kNearObstacleTime * (own_speed + speed)) continue;
     std::uint32_t at = held.count;
     if (at == CollideRequest::kMostObstacles) {
       at = static_cast<std::uint32_t>(std::max_element(apart_of.begin(), apart_of.end()) - apart_of.begin());
@@ -53,8 +57,9 @@ void findObstacles(const Scene& scene, const SceneObject& self, std::span<const 
     }
     apart_of[at] = apart;
     held.obstacle[at] = {slot, object.shape, object.X_WO, object.V_WO};
-    held.speed = std::max(held.speed, speed);
+    fastest = std::max(fastest, speed);
   }
+  held.speed += fastest;
 }
 
 }  // namespace hapticd

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 
+#include "rt/body/rigid_body.h"
 #include "rt/collide/request.h"
 #include "rt/scene/scene.h"
 
@@ -23,10 +24,13 @@ inline constexpr double kAnswerTime = 5e-3;
   return scene.sinceArrival(slot) >= kAnswerTime;
 }
 
+/** No point of an object's ball is faster, as this body carries it [m/s]. */
+[[nodiscard]] double speedBound(const RigidBody& body, const SceneObject& object) HD_RT;
+
 /**
  * Touchable objects that are felt, within reach of `self` at held.X_WO; its own parts and those of the objects `but`
- * are none. Of more than there is room for, those whose balls are nearest. held.speed becomes that of whichever of the
- * ball's points is fastest relative to any of them: where the scene moves as a whole it is the same.
+ * are none. Of more than there is room for, those whose balls are nearest. The speed of the fastest is added to
+ * held.speed, which is that of `self` on entry.
  */
 void findObstacles(const Scene& scene, const SceneObject& self, std::span<const std::uint32_t> but,
                    CollideRequest::Held& held) HD_RT;

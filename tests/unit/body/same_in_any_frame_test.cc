@@ -125,7 +125,7 @@ std::size_t firstTouch(const std::vector<Vec3>& way) {
 }
 
 /** A box has hundreds of points, of which others are kept in another frame. */
-double allowedApart(const Solid& body) { return body.kind == ShapeKind::kBox ? 2e-6 : 1e-9; }
+double allowedApart(const Solid& body) { return body.kind == ShapeKind::kBox ? 2e-5 : 1e-9; }
 
 TEST(SameInAnyFrame, ABodyThatFallsOnSomething) {
   const Vec3 half(0.02, 0.015, 0.01), ground_half(0.1, 0.1, 0.01);

@@ -111,7 +111,7 @@ class FreeBodies {
   // Out of what it was put into (lead_out.cc).
   /** Touches of one body. */
   struct Near {
-    static constexpr std::uint32_t kMost = kMaxBodies * kMaxTouches;
+    static constexpr std::uint32_t kMost = 32;
     std::uint32_t count = 0;
     std::array<Touch, kMost> touch;
     std::array<std::uint32_t, kMost> slot;  ///< What is touched.

@@ -29,7 +29,7 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
     near.slot[near.count] = slot;
     near.moves[near.count++] = moves;
   };
-  for (std::uint32_t i = 0; i < entry_[k].model.count; ++i) {
+  for (std::uint32_t i = 0; i < entry_[k].model.count && near.count < Near::kMost; ++i) {
     const std::uint32_t slot = entry_[k].model.point[i].body();
     if (!meets(scene, k, slot)) continue;
     add(touchOf(scene, k, i), slot, find(slot) != kNone);
@@ -54,7 +54,11 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
  * way none that leads back.
  */
 FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, double dt, Touch& out) HD_RT {
-  const double least_overlap = Tool::kSlop + Tool::kRecoverTime * kLeastLead;
+  const bool begun = !entry.way.isZero(0);
+  // Load presses bodies into each other, too, in the first ticks of a pile.
+  const auto overlaps = [&](std::uint32_t i) HD_RT {
+    return -near.touch[i].gap > (near.moves[i] && !begun ? kTouching : Tool::kSlop + Tool::kRecoverTime * kLeastLead);
+  };
   const auto below = [&](const Touch& plane, const Touch& point)
                          HD_RT { return -plane.gap + plane.n.dot(plane.r_a - point.r_a); };
   const auto wayAlong = [&](std::uint32_t i) HD_RT {
@@ -65,33 +69,25 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
     }
     return most;
   };
-  const bool begun = !entry.way.isZero(0);
+  struct Best {
+    std::uint32_t plane = Near::kMost;
+    double way = std::numeric_limits<double>::infinity();
+    bool onward = false;
+  };
+  std::array<Best, Near::kMost> best;  // Of each thing, by its first touch.
+  for (std::uint32_t i = 0; i < near.count; ++i) {
+    if (!overlaps(i)) continue;
+    const auto its =
+        static_cast<std::size_t>(std::find(near.slot.begin(), near.slot.begin() + i, near.slot[i]) - near.slot.begin());
+    const Best now{i, wayAlong(i), begun && near.touch[i].n.dot(entry.way) > kOnward};
+    if (now.onward > best[its].onward || (now.onward == best[its].onward && now.way < best[its].way)) best[its] = now;
+  }
   std::uint32_t chosen = near.count;
   double longest = 0;
-  std::array<std::uint32_t, Near::kMost> looked;  // What is touched, once each.
-  std::uint32_t looked_count = 0;
-  const auto isLooked = [&](std::uint32_t slot) HD_RT {
-    return std::find(looked.begin(), looked.begin() + looked_count, slot) != looked.begin() + looked_count;
-  };
   for (std::uint32_t i = 0; i < near.count; ++i) {
-    if (!(-near.touch[i].gap > least_overlap) || isLooked(near.slot[i])) continue;
-    looked[looked_count++] = near.slot[i];
-    std::uint32_t best = near.count;
-    double shortest = std::numeric_limits<double>::infinity();
-    bool onward = false;
-    for (std::uint32_t j = 0; j < near.count; ++j) {
-      const Touch& touch = near.touch[j];
-      if (near.slot[j] != near.slot[i] || !(-touch.gap > least_overlap)) continue;
-      const bool goes_on = begun && touch.n.dot(entry.way) > kOnward;
-      const double way = wayAlong(j);
-      if (goes_on < onward || (goes_on == onward && !(way < shortest))) continue;
-      onward = goes_on;
-      shortest = way;
-      best = j;
-    }
-    if (!(shortest > longest)) continue;
-    longest = shortest;
-    chosen = best;
+    if (best[i].plane == Near::kMost || !(best[i].way > longest)) continue;
+    longest = best[i].way;
+    chosen = best[i].plane;
   }
   if (chosen == near.count) return Way::kNone;
   out = near.touch[chosen];

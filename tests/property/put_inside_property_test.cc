@@ -1,0 +1,121 @@
+/** @file
+ * Free bodies and solids of any kind and size that come to be in each other in any way, alone and beside others: a body
+ * goes no faster than it is led, keeps no motion of it, moves nobody else, and alone comes out.
+ */
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "tests/support/for_seeds.h"
+#include "tests/support/shape/signed_gap.h"
+#include "tests/support/stepped/tool_house.h"
+#include "tests/support/stepped/wandering_tool.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kSolid = makeObjectId(20, 1), kInside = makeObjectId(21, 1), kBeside = makeObjectId(22, 1);
+constexpr double kLedTick = 1e-3;  ///< [s]
+
+/** In the air, without weight. */
+struct PutTogether {
+  explicit PutTogether(unsigned seed) : random(seed) {
+    house = test::houseWithoutFloor();
+    house->aim({0.5, 0.5, 0.3});
+    house->run(5);
+  }
+  Shape anyShape(double least, double most) {
+    constexpr ShapeKind kKinds[] = {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kCapsule};
+    return {kKinds[random.below(3)], {random.in(least, most), random.in(least, most), random.in(least, most)}};
+  }
+  void add(std::uint32_t id, const Shape& shape, const Pose& X, bool moves) {
+    AddObject order = test::object(id, shape.kind, shape.size, X.p);
+    store(X.q, order.q);
+    house->send(CommandKind::kAddObject, order);
+    if (!moves) return;
+    SetBody body{};
+    body.object = id;
+    body.mass = std::pow(10, random.in(-3, 0));
+    const double most = shape.size.maxCoeff();
+    for (int i = 0; i < 3; ++i) body.inertia[i] = 0.4 * body.mass * most * most;
+    house->send(CommandKind::kSetBody, body);
+  }
+  /** What stands comes to be about the body at X, or it the other way round. */
+  void meet(const Shape& solid, const Shape& inside, const Pose& X) {
+    const int how = random.below(5);
+    const Pose away{{0, 0, 1}, X.q};
+    add(kSolid, solid, how == 0 ? away : Pose{}, false);
+    if (how == 1) house->send(CommandKind::kObjectFlags, hd_object_flags{kSolid, HD_OBJECT_ENABLED, 0});
+    if (how == 2) house->send(CommandKind::kObjectMaterial, hd_object_material{kSolid, 0, {}});
+    add(kInside, inside, how == 3 ? away : X, true);
+    house->run(50);
+    if (how == 0) house->send(CommandKind::kObjectPose, poseMessage(kSolid, {}));
+    if (how == 1) house->send(CommandKind::kObjectFlags, hd_object_flags{kSolid, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED});
+    if (how == 2) house->send(CommandKind::kObjectMaterial, hd_object_material{kSolid, 0, {1000, 0, 0.4, 0.3}});
+    if (how == 3) house->send(CommandKind::kObjectPose, poseMessage(kInside, X));
+    house->run(1);
+  }
+  [[nodiscard]] const RigidBody& body(std::uint8_t k) const { return house->servo->cycle().bodies().body(k).body; }
+
+  Random random;
+  std::unique_ptr<test::ToolHouse> house;
+};
+
+TEST(PutInsideProperty, WhatIsAloneInSomethingComesOutSlowly) {
+  int inside = 0;
+  forSeeds(60, [&](unsigned seed) {
+    PutTogether scene(seed);
+    const Shape solid = scene.anyShape(0.02, 0.04), body = scene.anyShape(0.003, 0.01);  // It looks out of one side.
+    if (body.kind == ShapeKind::kBox) return;  // None of its corners may lean out of the nearest face.
+    const Pose X{scene.random.vector(0.02), scene.random.turn()};
+    const double deep = test::depthOf(body, solid, X.inverse());
+    scene.meet(solid, body, X);
+    inside += deep > 1e-3;
+    for (int i = 0; i < 1200; ++i) {
+      const Pose before = scene.body(0).pose();
+      scene.house->run(1);
+      const Pose after = scene.body(0).pose();
+      ASSERT_LE((after.p - before.p).norm(), 1.01 * Tool::kRecoverSpeed * kLedTick) << "tick " << i;
+      ASSERT_LT(after.q.angularDistance(before.q), 1e-6) << "tick " << i;
+      ASSERT_LT(scene.body(0).twist().v.norm(), 1e-6) << "tick " << i;
+    }
+    EXPECT_LT(test::depthOf(body, solid, scene.body(0).pose().inverse()), 5e-4)
+        << static_cast<int>(body.kind) << " in " << static_cast<int>(solid.kind) << ", it was " << deep << " deep";
+  });
+  EXPECT_GT(inside, 20);
+}
+
+/** Whatever lies about it, near or in it: only what is in something itself is led. */
+TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
+  int led = 0, overlapped = 0;
+  forSeeds(30, [&](unsigned seed) {
+    PutTogether scene(seed);
+    const Shape solid = scene.anyShape(0.01, 0.04), body = scene.anyShape(0.003, 0.015);
+    const Shape beside = scene.anyShape(0.003, 0.015);
+    const Pose X{scene.random.vector(0.02), scene.random.turn()};
+    const Pose X_beside{scene.random.vector(0.04), scene.random.turn()};
+    scene.meet(solid, body, X);
+    const bool moves = !scene.random.once(3);
+    scene.add(kBeside, beside, X_beside, moves);
+    const bool overlaps =
+        test::depthOf(beside, solid, X_beside.inverse()) > 0 || test::depthOf(beside, body, X_beside.inverse() * X) > 0;
+    overlapped += overlaps;
+    const Vec3 stood = scene.body(0).com();
+    scene.house->run(1);
+    const Vec3 other = scene.body(1).com();
+    for (int i = 0; i < 800; ++i) {
+      scene.house->run(1);
+      for (std::uint8_t k = 0; k < (moves ? 2 : 1); ++k)
+        ASSERT_LT(scene.body(k).twist().v.norm(), 1e-6) << static_cast<int>(k) << " in tick " << i;
+    }
+    led += (scene.body(0).com() - stood).norm() > 1e-3;
+    if (moves && !overlaps) EXPECT_LT((scene.body(1).com() - other).norm(), 1e-6);
+  });
+  EXPECT_GT(led, 5);
+  EXPECT_GT(overlapped, 5);
+}
+
+}  // namespace
+}  // namespace hapticd

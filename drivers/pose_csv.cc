@@ -315,7 +315,7 @@ Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path, co
   if (!within.empty() && !liesIn(named, within)) {
     return Error{ErrorCode::kPermissionDenied, path, "it does not lie in " + within, "put the file itself there"};
   }
-  const Opened file(kernelName(named), O_RDONLY);
+  const Opened file(kernelName(named), O_RDONLY | O_NONBLOCK);  // Not to wait for whoever has a lease on it.
   if (file.fd < 0) return systemFault(path, errno);
   if (static_cast<std::uint64_t>(status.st_size) > PoseTrack::kMaxFileBytes) {
     return Error{ErrorCode::kQuotaExceeded, path,

@@ -180,15 +180,29 @@ std::vector<int> captureEndings() {
   return endings;
 }
 
+/** In place of one that somebody has removed. Where it fails it stays lost. */
+Result<void> makeAnew(ListenSocket& socket, ControlServer& server, bool administration) {
+  if (auto r = socket.renew(); !r) return r;
+  auto fd = socket.share();
+  Result<void> served;
+  if (!fd) {
+    served = fd.error();
+  } else if (auto thrown = kj::runCatchingExceptions([&] { server.serve(std::move(*fd), administration); });
+             thrown != nullptr) {
+    served = Error{ErrorCode::kInternal, socket.path(), "it cannot be served", {}};
+  }
+  if (!served) socket.close();  // Else clients would connect and wait.
+  return served;
+}
+
 /** Makes anew what somebody has removed: else nobody could reach the daemon any more, not even to stop a device. */
 void keepReachable(Sockets& sockets, ControlServer& server, log::RateLimit& failures, std::int64_t now_ns) {
   for (const auto& [socket, administration] : {std::pair{&sockets.control, false}, {&sockets.admin, true}}) {
     if (!socket->lost()) continue;
-    const auto made = socket->renew();
+    const auto made = makeAnew(*socket, server, administration);
     std::uint64_t suppressed = 0;
     if (made) {
       log::warn("{} was removed: it is made anew", log::printable(socket->path()));
-      if (auto fd = socket->share()) server.serve(std::move(*fd), administration);
     } else if (failures.allow(now_ns, suppressed)) {
       log::error("{} was removed and cannot be made anew: {}{}", log::printable(socket->path()),
                  log::printable(toString(made.error())), log::suppressedNote(suppressed));

@@ -16,7 +16,8 @@ Error defect(const char* text) noexcept {
 
 Error thrown(const kj::Exception& e) noexcept {
   // Where messages are read; what of ours could fail there, building an answer, has no limit that it meets.
-  const bool unreadable = std::string_view(e.getFile()).find("capnp/layout.c++") != std::string_view::npos;
+  const std::string_view at = e.getFile();
+  const bool unreadable = at.find("capnp/layout.c++") != at.npos || at.find("capnp/arena.c++") != at.npos;
   if (!unreadable) return defect(e.getDescription().cStr());
   try {
     return {ErrorCode::kInvalidArgument, "message", "it is damaged, or of another schema",

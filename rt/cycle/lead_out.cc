@@ -116,6 +116,7 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   const auto isUnmet = [&](std::uint32_t slot) HD_RT { return scene.sinceUnmet(slot) < kStale; };
   bool unmet = isUnmet(objectSlot(entry.object));
   for (std::uint32_t i = 0; i < entry.model.count && !unmet; ++i) unmet = isUnmet(entry.model.point[i].body());
+  if (unmet && !(entry.leading > 0)) entry.way.setZero();  // That of another time.
   if (unmet) entry.leading = kLeadOut;
   if (!(entry.leading > 0)) return;
   entry.leading -= dt;

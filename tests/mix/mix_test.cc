@@ -10,7 +10,9 @@
 #include <filesystem>
 #include <list>
 #include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/mix/mixed_client.h"
 #include "tests/mix/rude_peer.h"
@@ -109,7 +111,6 @@ class Mix {
   DaemonFixture daemon_{{.program = programOfDaemon(),
                          .device = "",
                          .config =
-                             "[servo]\nmissed_limit = 100000\n"  // A busy test machine is no fault.
                              "[guard]\narm_ramp_ms = 100\ndevice_stale_ms = 1000\n"
                              "[quotas]\nsessions = 14\n"
                              "[[group]]\nname = \"pair\"\n"
@@ -144,16 +145,16 @@ std::string tidied(DaemonFixture& daemon) {
   for (std::uint32_t i = 0; textures && i < (*textures)->count; ++i) (void)scene.dropTexture((*textures)->items[i]->id);
   const auto status = client->status();
   if (!status) return status.error().message();
-  std::string there;
+  std::vector<std::string> there;
   for (std::uint32_t i = 0; i < (*status)->device_count; ++i) {
     const std::string uri = (*status)->devices[i]->uri;
-    there += uri + " ";
+    there.push_back(uri);
     if (std::find(std::begin(kConfigured), std::end(kConfigured), uri) == std::end(kConfigured))
       (void)client->closeDevice(uri);
   }
   std::sort(there.begin(), there.end());  // In whatever order they were opened again.
-  return there + fmt::format("{} sessions, {} objects, {} bytes locked, {} descriptors", (*status)->client_count,
-                             (*status)->objects, (*status)->locked_bytes, descriptors(daemon.pid()));
+  return fmt::format("{}; {} sessions, {} objects, {} bytes locked, {} descriptors", fmt::join(there, " "),
+                     (*status)->client_count, (*status)->objects, (*status)->locked_bytes, descriptors(daemon.pid()));
 }
 
 void expectNothingStays(bool daemon_dies) {

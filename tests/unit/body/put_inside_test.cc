@@ -241,6 +241,44 @@ TEST(PutInside, IsLedIntoNoBody) {
   EXPECT_NEAR(bodies.body(1).body.com().z(), box.size.z(), 2 * Tool::kSlop);
 }
 
+/** Up out of a plate, and never out for a body above; then the plate has gone, and a block comes about its top. */
+TEST(PutInside, NoWayOfAnotherTimeBindsIt) {
+  PutHouse scene;
+  const Put box{ShapeKind::kBox, ShapeKind::kBox, {0.01, 0.01, 0.005}, 0, How::kMade};
+  constexpr double kTop = 0.3;
+  const std::uint32_t hangs = makeObjectId(22, 1), later = makeObjectId(23, 1);
+  const auto enable = [&](std::uint32_t id, std::uint32_t value) {
+    scene.house.send(CommandKind::kObjectFlags, hd_object_flags{id, HD_OBJECT_ENABLED, value});
+  };
+  const auto move = [&](std::uint32_t id, const Vec3& to) {
+    scene.house.send(CommandKind::kObjectPose, poseMessage(id, {to, Quat::Identity()}));
+  };
+  const Vec3 plate(0.05, 0.05, 0.01);
+  scene.house.send(CommandKind::kAddObject, object(kAbout, ShapeKind::kBox, plate, {0.1, 0.1, kTop - plate.z()}));
+  scene.house.send(CommandKind::kAddObject, object(later, ShapeKind::kBox, plate, {0.5, 0.1, kTop}));
+  enable(later, 0);
+  scene.house.send(CommandKind::kAddObject, object(hangs, ShapeKind::kBox, box.size, {0.1, 0.1, kTop + 0.0135}));
+  SetBody order{};
+  order.object = hangs;
+  order.mass = 0.1;
+  for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
+  scene.house.send(CommandKind::kSetBody, order);
+  scene.house.run(20);
+  scene.addBody(box, {0.1, 0.1, kTop - 0.001});
+  const auto z = [&] { return scene.house.servo->cycle().bodies().body(1).body.com().z(); };
+  scene.house.run(3600);
+  EXPECT_LT(z(), kTop + 0.004) << "barred";
+  enable(kAbout, 0);
+  move(hangs, {0.4, 0.1, 0.4});
+  scene.house.run(300);
+  const double before = z();
+  move(later, {0.1, 0.1, before + box.size.z() - 0.001 + plate.z()});
+  scene.house.run(200);
+  enable(later, HD_OBJECT_ENABLED);
+  scene.house.run(1000);
+  EXPECT_NEAR(before - z(), 0.001, 5e-5);
+}
+
 /** Beside another body it stays: it would push that, with energy from nowhere. */
 TEST(PutInside, PushesNoBodyAsItComesOut) {
   PutHouse scene;

@@ -1,9 +1,12 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <clocale>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -143,6 +146,21 @@ TEST(PoseCsv, NoPoseOrSpeedOfAFileIsBeyondNumbers) {
 TEST(PoseCsv, WhatAFileHoldsIsNotToldToWhoNamedIt) {
   EXPECT_THAT(refusal("t,x,y,z\n0,secret,0,0\n"), ::testing::Not(HasSubstr("secret")));
   EXPECT_THAT(refusal("secret:x:0\n"), ::testing::Not(HasSubstr("secret")));
+}
+
+/** Whoever owns a file may have a lease on it, and who opens it waits for 45 s by default. */
+TEST(PoseCsv, AFileThatSomebodyHasALeaseOnIsNotWaitedFor) {
+  const test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/leased.csv";
+  std::ofstream(path) << "0,0,0,0\n";
+  const int lease = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  const auto before = std::signal(SIGIO, SIG_IGN);
+  ASSERT_EQ(::fcntl(lease, F_SETLEASE, F_WRLCK), 0);
+  EXPECT_EQ(loadPoseCsv(path).error().where, path);
+  ASSERT_EQ(::fcntl(lease, F_SETLEASE, F_UNLCK), 0);
+  EXPECT_TRUE(loadPoseCsv(path).ok());
+  ::close(lease);
+  std::signal(SIGIO, before);
 }
 
 TEST(PoseCsv, FilesThatAreNotFilesAreRefused) {

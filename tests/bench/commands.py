@@ -302,7 +302,11 @@ class Commands(BenchCase):
 
         with subprocess.Popen([PROGRAM, "run", "-m", obj], stderr=subprocess.PIPE, text=True, start_new_session=True,
                               preexec_fn=nohup) as run:
-            time.sleep(0.5)
+            readers = pathlib.Path(f"/proc/{run.pid}/task/{run.pid}/children")
+            end = time.monotonic() + 30
+            while not readers.read_text() and time.monotonic() < end:
+                time.sleep(0.01)
+            time.sleep(0.2)
             os.killpg(run.pid, signal.SIGHUP)  # The reader stays too.
             time.sleep(0.1)
             run.terminate()

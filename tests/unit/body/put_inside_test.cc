@@ -35,9 +35,13 @@ class PutHouse {
   }
   void addBody(const Put& put, const Vec3& at, double mass = 0.1) {
     house.send(CommandKind::kAddObject, object(kPut, put.shape, put.size, at));
+    setFree(kPut, mass, true);
+  }
+  /** An object of that id moves freely from now on. */
+  void setFree(std::uint32_t id, double mass = 0.1, bool falls = false) {
     SetBody order{};
-    order.object = kPut;
-    order.falls = 1;
+    order.object = id;
+    order.falls = falls ? 1 : 0;
     order.mass = mass;
     for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-4 * mass;
     house.send(CommandKind::kSetBody, order);
@@ -195,12 +199,7 @@ TEST(PutInside, TwoBodiesThatAreMadeInEachOtherComeApart) {
       const std::uint32_t other = makeObjectId(22, 1);
       scene.house.send(CommandKind::kAddObject,
                        object(other, ShapeKind::kBox, half, at + Vec3(5e-4, 3e-4, 2 * half.z() - deep)));
-      SetBody order{};
-      order.object = other;
-      order.falls = 1;
-      order.mass = 0.1;
-      for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
-      scene.house.send(CommandKind::kSetBody, order);
+      scene.setFree(other, 0.1, true);
       const FreeBodies& bodies = scene.house.servo->cycle().bodies();
       double motion = 0;
       for (int i = 0; i < 600; ++i) {
@@ -222,11 +221,7 @@ TEST(PutInside, IsLedIntoNoBody) {
   const std::uint32_t hangs = makeObjectId(22, 1);
   const Vec3 above(0.1, 0.1, 0.012);
   scene.house.send(CommandKind::kAddObject, object(hangs, ShapeKind::kBox, box.size, above));
-  SetBody order{};
-  order.object = hangs;
-  order.mass = 0.1;
-  for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
-  scene.house.send(CommandKind::kSetBody, order);
+  scene.setFree(hangs);
   scene.house.run(20);
   scene.addBody(box, {0.1, 0.1, -0.001});
   const FreeBodies& bodies = scene.house.servo->cycle().bodies();
@@ -258,11 +253,7 @@ TEST(PutInside, NoWayOfAnotherTimeBindsIt) {
   scene.house.send(CommandKind::kAddObject, object(later, ShapeKind::kBox, plate, {0.5, 0.1, kTop}));
   enable(later, 0);
   scene.house.send(CommandKind::kAddObject, object(hangs, ShapeKind::kBox, box.size, {0.1, 0.1, kTop + 0.0135}));
-  SetBody order{};
-  order.object = hangs;
-  order.mass = 0.1;
-  for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
-  scene.house.send(CommandKind::kSetBody, order);
+  scene.setFree(hangs);
   scene.house.run(20);
   scene.addBody(box, {0.1, 0.1, kTop - 0.001});
   const auto z = [&] { return scene.house.servo->cycle().bodies().body(1).body.com().z(); };
@@ -287,11 +278,7 @@ TEST(PutInside, PushesNoBodyAsItComesOut) {
   const std::uint32_t lies = makeObjectId(22, 1);
   scene.house.send(CommandKind::kAddObject, object(lies, ShapeKind::kBox, box.size, other));
   scene.addBody(box, {0.1, 0.1, 0.002});
-  SetBody order{};
-  order.object = lies;
-  order.mass = 0.1;
-  for (double* i = order.inertia; i < order.inertia + 3; ++i) *i = 1e-5;
-  scene.house.send(CommandKind::kSetBody, order);
+  scene.setFree(lies);
   scene.house.run(500);
   EXPECT_NEAR(scene.body().body.com().z(), 0.002, 1e-4);
   EXPECT_NEAR(scene.house.servo->cycle().bodies().body(1).body.com().z(), other.z(), 1e-4);

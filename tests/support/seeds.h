@@ -20,6 +20,14 @@ inline std::vector<unsigned> seeds(unsigned count) {
   return all;
 }
 
+/** The seeds of a property that takes half a minute and more under the thread sanitizer: there a quarter of them. */
+inline std::vector<unsigned> longSeeds(unsigned count) {
+#if defined(__SANITIZE_THREAD__)
+  count = (count + 3) / 4;
+#endif
+  return seeds(count);
+}
+
 /** The seed of a test that draws from one: the usual one, or as far from it as the environment is from 1. */
 inline std::uint32_t seedOf(std::uint32_t usual) { return usual + seeds(1).front() - 1; }
 

@@ -111,7 +111,9 @@ TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
         ASSERT_LT(scene.body(k).twist().v.norm(), 1e-6) << static_cast<int>(k) << " in tick " << i;
     }
     led += (scene.body(0).com() - stood).norm() > 1e-3;
-    if (moves && !overlaps) EXPECT_LT((scene.body(1).com() - other).norm(), 1e-6);
+    if (moves && !overlaps) {
+      EXPECT_LT((scene.body(1).com() - other).norm(), 1e-6);
+    }
   });
   EXPECT_GT(led, 5);
   EXPECT_GT(overlapped, 5);

@@ -11,7 +11,8 @@
 
 namespace hapticd {
 
-/** SCHED_FIFO at `priority` with SCHED_RESET_ON_FORK for the calling thread. kNoRealtime says which right is missing.
+/** SCHED_FIFO at `priority` with SCHED_RESET_ON_FORK for the calling thread. kNoRealtime says which right is missing; a
+ * build with the thread sanitizer always refuses.
  */
 [[nodiscard]] Result<void> becomeRealtime(int priority);
 

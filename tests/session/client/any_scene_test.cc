@@ -401,9 +401,9 @@ class SharedWorld {
 
 TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
   int pushes = 0, servos = 0, recordings = 0, inherited = 0;
-  const std::vector<unsigned> all = longSeeds(16);
-  const int drawn = static_cast<int>(all.size());
-  for (const unsigned seed : all) {
+  constexpr unsigned kSeeds = 16;
+  const std::vector<unsigned> drawn = longSeeds(kSeeds);
+  for (const unsigned seed : drawn) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SharedWorld world(seed);
     Random pause(seed + 1000);
@@ -418,11 +418,11 @@ TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
     inherited += world.inherited();
     if (testing::Test::HasFailure()) return;
   }
-  if (drawn > 1) {
-    EXPECT_GT(pushes, 6 * drawn) << "else nothing was tried";
-    EXPECT_GT(servos, drawn);
-    EXPECT_GT(recordings, drawn / 2);
-    EXPECT_GT(inherited, drawn / 6);
+  if (drawn.size() == kSeeds) {
+    EXPECT_GT(pushes, 100) << "else nothing was tried";
+    EXPECT_GT(servos, 20);
+    EXPECT_GT(recordings, 10);
+    EXPECT_GT(inherited, 10);
   }
 }
 

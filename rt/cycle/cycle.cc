@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "rt/guard/damping_left.h"
+
 namespace hapticd {
 
 Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
@@ -166,7 +168,6 @@ void Cycle::scaleToWorld(DeviceState& device) HD_RT {
   device.resolution = step;
   device.proxy.setResolution(step);
   device.effects.setResolution(step, VelocityEstimator::noiseAtRest(step, period()));
-  device.object_effects.setMaxDamping(device.max_damping / device.mount.scale());
 }
 
 ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
@@ -370,7 +371,9 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     device.lending.hand = sample.p;
   }
 
+  device.object_effects.setMaxDamping(dampingLeft(device.max_damping / device.mount.scale(), energy.damping));
   source[HD_SOURCE_EFFECT].force = device.object_effects.step(scene_, sample.p, out.velocity.v, period(), input.now_ns);
+  energy.damping += device.object_effects.damping();
 
   const ToolPoint tool{sample.p, out.velocity.v, d, devices_[d].resolution};
   for (SessionShare& session : sessions_) {

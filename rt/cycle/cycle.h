@@ -129,9 +129,7 @@ class Cycle {
   };
   struct DeviceState {
     DeviceState(const GuardConfig& config, std::uint32_t device) noexcept
-        : guard(config), max_damping(config.max_damping), effects(device) {
-      object_effects.setMaxDamping(max_damping);
-    }
+        : guard(config), max_damping(config.max_damping), effects(device) {}
     Guard guard;
     double max_damping;  ///< What the device can show [N s/m].
     ProxyRenderer proxy;

@@ -7,6 +7,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -18,24 +19,31 @@ namespace hapticd {
 /** Those of one tick. Servo-safe. */
 class Drags {
  public:
-  /** Against v [m/s] with `damping` [N s/m], and no more than `most` [N]. At most as many as there are effects. */
+  /**
+   * Against v [m/s] with `damping` [N s/m], and no more than `most` [N]: what is too weak for its damping damps by as
+   * much less, and takes no more than that from the others. At most as many as there are effects.
+   */
   void add(const Vec3& v, double damping, double most) HD_RT {
-    if (count_ == kMaxEffects || !(damping > 0)) return;
-    all_[count_++] = {v, damping, most};
-    sum_ += damping;
+    const double full = damping * v.norm();
+    const double shown = full > most ? damping * (most / full) : damping;
+    if (count_ == kMaxEffects || !(shown > 0)) return;
+    all_[count_++] = {v, shown};
+    sum_ += shown;
   }
   /** Their sum [N]; where they would damp by more than `most_damping` [N s/m], each by as much less. */
   [[nodiscard]] Vec3 force(double most_damping) const HD_RT {
     const double share = sum_ > most_damping ? most_damping / sum_ : 1.0;
     Vec3 force = Vec3::Zero();
-    for (std::size_t i = 0; i < count_; ++i) force -= clampNorm(share * all_[i].damping * all_[i].v, all_[i].most);
+    for (std::size_t i = 0; i < count_; ++i) force -= share * all_[i].damping * all_[i].v;
     return force;
   }
+  /** By which that is made, at most `most_damping` [N s/m]. */
+  [[nodiscard]] double damping(double most_damping) const HD_RT { return std::min(sum_, most_damping); }
 
  private:
   struct Drag {
     Vec3 v;
-    double damping, most;
+    double damping;
   };
 
   std::array<Drag, kMaxEffects> all_;

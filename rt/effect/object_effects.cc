@@ -146,6 +146,7 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
   }
   drags.add(guided.v, guided.damping, guided.most);
   force += guided.pull + drags.force(max_damping_);
+  damping_ = drags.damping(max_damping_);
 
   if (fresh_) {
     fresh_ = false;

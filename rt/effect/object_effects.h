@@ -33,8 +33,10 @@ class ObjectEffects {
 
   /** Force on a hand at p that moves at v, in W [N]. Once a tick of `dt`. */
   [[nodiscard]] Vec3 step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT;
-  /** Most that all of them together damp by [N s/m]: what the device can show. */
+  /** Most that all of them together damp by [N s/m]: what the device can show beside what else damps it. */
   void setMaxDamping(double b) HD_RT { max_damping_ = b; }
+  /** What they damped by in the last step [N s/m]. */
+  [[nodiscard]] double damping() const HD_RT { return damping_; }
   /** The hand is somewhere else: nothing of before counts, and the next step() has all of its force at once. */
   void reset() HD_RT;
   /** Nodes, triangles and primitives that the last step has visited: what its time went by. */
@@ -61,6 +63,7 @@ class ObjectEffects {
                               double share) HD_RT;
 
   double max_damping_ = std::numeric_limits<double>::infinity();
+  double damping_ = 0;
   std::array<Anchor, kMaxObjects> anchor_{};
   std::uint64_t steps_ = 0;
   int visits_ = 0;             ///< In the last tick.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "rt/guard/damping_left.h"
+
 namespace hapticd {
 namespace {
 
@@ -17,8 +19,6 @@ constexpr double kFastestTurn = 1000;  // [rad/s]
 /** Below this no power is counted; the division by v^2 stays finite. */
 constexpr double kSlowest = 1e-6;     // [m/s], [rad/s]
 constexpr double kLongestTick = 0.1;  // [s]
-/** Contact and controller together damp by at most so many times what the device can show: half its stability limit. */
-constexpr double kMostTogether = 1.5;
 
 double toGrid(double x) HD_RT {
   const double steps = x * kPerGrid;
@@ -275,13 +275,8 @@ Guard::Sent Guard::slew(const Sent& target, double dt) const HD_RT {
   return out;
 }
 
-double Guard::dampingLeft(const GuardInput& input) const HD_RT {
-  const double left = kMostTogether * config_.max_damping - input.damping;
-  return left > 0 ? std::min(left, config_.max_damping) : 0.0;  // NaN: 0.
-}
-
 Guard::Sent Guard::pass(const GuardInput& input, const Wanted& wanted, std::uint32_t& flags) HD_RT {
-  passivity_.setMaxDamping(dampingLeft(input));
+  passivity_.setMaxDamping(dampingLeft(config_.max_damping, input.damping));
   const Vec3 passive = config_.passivity ? passivity_.control(wanted.passive, input.velocity.v, v_buzz_.velocity(),
                                                               wanted.carried, input.dt)
                                          : wanted.passive;

@@ -61,7 +61,7 @@ struct GuardInput {
   Vec3 carried = Vec3::Zero();
   /** Elastic energy that the passive sources hold now [J]; negative: unknown. */
   double stored = -1;
-  /** Damping of the surface touched [N s/m]: what the passivity controller adds comes on top of it. */
+  /** Damping of the surface touched and of drags [N s/m]: what the passivity controller adds comes on top of it. */
   double damping = 0;
 };
 
@@ -143,8 +143,6 @@ class Guard {
   /** False when anything is not finite; by_source then has zeros in its place. */
   [[nodiscard]] static bool gather(const GuardInput& input, Wanted& wanted) HD_RT;
   [[nodiscard]] std::uint32_t causeOf(const GuardInput& input, bool sources_finite) const HD_RT;
-  /** Most damping that the controller may add now [N s/m]. */
-  [[nodiscard]] double dampingLeft(const GuardInput& input) const HD_RT;
   /** Elastic energy the passive sources hold now [J]; negative: unknown. */
   [[nodiscard]] static double storedIn(const GuardInput& input, const Wanted& wanted) HD_RT;
   void forgetEnergy() HD_RT;

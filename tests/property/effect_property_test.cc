@@ -117,6 +117,36 @@ TEST(EffectProperty, NoDragThrowsWhatADeviceMoves) {
   });
 }
 
+/** Together they damp by no more than they may, by what they say, and each at most as it would alone. */
+TEST(EffectProperty, DragsDampByWhatTheySayAndByNoMoreThanTheyMay) {
+  forSeeds(60, [](unsigned seed) {
+    Random random(seed);
+    EffectScene all;
+    std::vector<EffectScene> alone(4);
+    for (EffectScene& one : alone) {
+      EffectParameters e = anyEffect(random, EffectKind::kViscous);
+      e.damping = random.once(3) ? 1000 : random.in(0, 30);
+      e.force = random.once(4) ? 0 : random.in(0, 2);
+      e.reach = 10;
+      (void)all.add(e);
+      (void)one.add(e);
+    }
+    const double may = random.in(0, 40);
+    all.hand.setMaxDamping(may);
+    for (int i = 0; i < 30; ++i) {
+      const Vec3 p = random.vector(0.05), v = random.vector(random.once(2) ? 0.01 : 0.5);
+      const Vec3 force = all.settled(p, v);
+      double sum = 0;
+      for (EffectScene& one : alone) sum += one.settled(p, v).norm();
+      const double damps = force.norm() / v.norm();
+      ASSERT_LE(damps, may * (1 + 1e-9));
+      ASSERT_NEAR(damps, all.hand.damping(), 1e-9 * (1 + may));
+      ASSERT_NEAR(force.norm(), std::min(sum, may * v.norm()), 1e-9) << "one that is too weak took from the others";
+      ASSERT_LE((force.normalized() + v.normalized()).norm(), damps > 1e-6 ? 1e-6 : 2.0);
+    }
+  });
+}
+
 TEST(EffectProperty, WhateverIsOrderedTheForceIsBoundedAndDoesNotJump) {
   forSeeds(60, [](unsigned seed) {
     Random random(seed);

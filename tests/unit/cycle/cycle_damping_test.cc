@@ -1,30 +1,51 @@
-// What a contact damps and what the passivity controller adds to it, together, by way of the cycle.
+// What contact, drags in free space and the passivity controller damp, together, by way of the cycle.
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
 #include "tests/support/stepped/stepped_cycle.h"
+#include "tests/support/test_effect.h"
 
 namespace hapticd {
 namespace {
 
-/** The most that the guard damps [N s/m] while a hand shakes in a wall so stiff that it makes energy. */
-double mostAddedIn(double wall_damping, double device_can) {
+constexpr std::uint32_t kDampedWall = makeObjectId(1, 1), kThickBath = makeObjectId(2, 1);
+
+AddObject wall(double stiffness, double damping) {
+  return test::solid(kDampedWall, ShapeKind::kPlane, {stiffness, damping, 0, 0});
+}
+
+void addBath(test::SteppedCycle& hand, double damping) {
+  hand.add(test::solid(kThickBath, ShapeKind::kGroup, {}));
+  hand.put(CommandKind::kSetEffect, SetEffect{kThickBath, 0, test::effect(EffectKind::kViscous, 100, 0, damping, 10)});
+}
+
+struct Damped {
+  double by_bath = 0, by_guard = 0;  ///< [N s/m]
+};
+
+/** The most that damps while a hand shakes in a wall so stiff that it makes energy. */
+Damped mostIn(double wall_damping, double bath_damping, double device_can) {
   CycleConfig config = test::openConfig(100);
   config.guard[0].energy_limit = 100;
   config.guard[0].max_damping = device_can;
   test::SteppedCycle hand(config);
-  hand.add(test::solid(makeObjectId(1, 1), ShapeKind::kPlane, {20'000, wall_damping, 0, 0}));
+  hand.add(wall(20'000, wall_damping));
+  if (bath_damping > 0) addBath(hand, bath_damping);
   hand.arm();
-  double most = 0;
+  Damped most;
   for (int i = 0; i < 3000; ++i) {
     const double z = i < 100 ? 0.001 : -0.5e-3 - 0.3e-3 * std::sin(2 * std::numbers::pi * 0.02 * (i - 100));
     const DeviceOutput& out = hand.at({0, 0, z});
     EXPECT_EQ(out.guard.fault, HD_FAULT_NONE);
     const double v = out.velocity.v.z();
-    if (i > 2000 && std::abs(v) > 0.02) most = std::max(most, (out.contact.force.z() - out.command.force.z()) / v);
+    if (i < 2000 || std::abs(v) < 0.02) continue;
+    const double drag = out.guard.by_source[HD_SOURCE_EFFECT].z();
+    most.by_bath = std::max(most.by_bath, -drag / v);
+    most.by_guard = std::max(most.by_guard, (out.contact.force.z() + drag - out.command.force.z()) / v);
   }
   return most;
 }
@@ -32,12 +53,60 @@ double mostAddedIn(double wall_damping, double device_can) {
 // Together no more than one and a half times what the device can show, and the controller alone no more than once.
 TEST(CycleDamping, TheControllerAddsWhatTheContactLeaves) {
   for (const double can : {2.0, 4.0}) {
-    const double alone = mostAddedIn(0, can);
+    const double alone = mostIn(0, 0, can).by_guard;
     EXPECT_GT(alone, can / 2);
-    for (const double wall : {0.25, 0.5, 0.6, 0.75, 1.0, 1.25, 1.4, 1.5, 2.0, 3.0}) {  // Of what it can.
-      EXPECT_NEAR(mostAddedIn(wall * can, can) / alone, std::clamp(1.5 - wall, 0.0, 1.0), 1e-9)
-          << wall << " of " << can;
+    for (const double of_wall : {0.25, 0.5, 0.6, 0.75, 1.0, 1.25, 1.4, 1.5, 2.0, 3.0}) {  // Of what it can.
+      EXPECT_NEAR(mostIn(of_wall * can, 0, can).by_guard / alone, std::clamp(1.5 - of_wall, 0.0, 1.0), 1e-9)
+          << of_wall << " of " << can;
     }
+  }
+}
+
+// Drags have what the contact leaves, the controller what both leave.
+TEST(CycleDamping, DragsAreCountedToo) {
+  const double can = 4, alone = mostIn(0, 0, can).by_guard;
+  for (const double of_wall : {0.0, 0.25, 0.75, 1.25, 1.5, 3.0}) {  // Of what it can.
+    for (const double bath : {0.25, 0.75, 1.0, 100.0}) {
+      const double by_bath = std::min(bath, std::clamp(1.5 - of_wall, 0.0, 1.0));
+      const Damped most = mostIn(of_wall * can, bath * can, can);
+      EXPECT_NEAR(most.by_bath / can, by_bath, 1e-9) << of_wall << ", " << bath;
+      EXPECT_NEAR(most.by_guard / alone, std::clamp(1.5 - of_wall - by_bath, 0.0, 1.0), 1e-9)
+          << of_wall << ", " << bath;
+    }
+  }
+}
+
+/** RMS of what alternates from tick to tick in the force on 150 g that are pressed to a wall, a tick late [N]. */
+double alternates(double wall_damping, double bath_damping, double device_can) {
+  CycleConfig config = test::openConfig(200);
+  config.guard[0].energy_limit = 100;
+  config.guard[0].max_damping = device_can;
+  config.guard[0].delay = 1;
+  test::SteppedCycle hand(config);
+  hand.add(wall(20'000, wall_damping));
+  addBath(hand, bath_damping);
+  hand.arm();
+  double x = 0.003, v = 0, sum = 0;
+  std::array<double, 4> sent{};  // The youngest first.
+  for (int i = 0; i < 6000; ++i) {
+    constexpr int kParts = 20;
+    constexpr double dt = 1e-3 / kParts;
+    for (int part = 0; part < kParts; ++part) {
+      v += dt / 0.15 * (sent[1] - 6 - 400 * x - 0.5 * v);
+      x += dt * v;
+    }
+    std::rotate(sent.begin(), sent.end() - 1, sent.end());
+    sent[0] = hand.at({0, 0, std::round(x / 10e-6) * 10e-6}).command.force.z();
+    if (i >= 4000) sum += std::pow((sent[0] - 2 * sent[1] + sent[2]) / 4, 2);
+  }
+  return std::sqrt(sum / 2000);
+}
+
+// The device bears 110 N s/m, and says that it can show half of it. Two and a half times that would throw it by 14 N.
+TEST(CycleDamping, AHandInABathIsNotThrownOffAWall) {
+  const double can = 55;
+  for (const double of_wall : {0.0, 0.5, 1.0, 1.5}) {  // Of what it can.
+    EXPECT_LT(alternates(of_wall * can, 1000, can), 0.8) << of_wall;
   }
 }
 

@@ -55,6 +55,21 @@ TEST(ObjectEffects, DragsTogetherDampByWhatTheDeviceCanShow) {
   expectForce(t.settled(off, {0.01, 0, 0}), {-0.6, -1.5, 0});
 }
 
+/** However thick one is that has no force for it, the others act as without it; and so little of it as it shows counts.
+ */
+TEST(ObjectEffects, ADragWithoutForceTakesNothingFromTheOthers) {
+  for (const double weak : {0.0, 1e-6}) {
+    EffectScene t;
+    t.add(effect(EffectKind::kViscous, 3, 0, 30, 1));
+    t.add(effect(EffectKind::kViscous, weak, 0, 1000, 1));
+    t.hand.setMaxDamping(40);
+    expectForce(t.settled({0, 0, 0}, {0.01, 0, 0}), {-0.3, 0, 0}, 2e-6);
+    EXPECT_NEAR(t.hand.damping(), 30, 2e-4);
+    expectForce(t.settled({0, 0, 0}, {0.2, 0, 0}), {-3, 0, 0}, 2e-6);
+    EXPECT_NEAR(t.hand.damping(), 15, 2e-5);
+  }
+}
+
 TEST(ObjectEffects, FrictionHoldsAndIsThenDraggedAlong) {
   EffectScene t;
   t.add(effect(EffectKind::kFriction, 2, 2000));

@@ -21,7 +21,7 @@ class ToolReading : public testing::Test {
     EXPECT_EQ(house_.out().contact.object, kFloor);
     EXPECT_GT(house_.out().command.force.z(), 1);
     cycle_ = test::expectTheSameForces(house_);
-    input_ = house_.inputs.back();
+    input_ = house_.inputs.back().whole();
     input_.command_count = 0;
   }
   const DeviceOutput& read(const Vec3& p) {

@@ -262,8 +262,20 @@ TEST_F(MeshJourney, WhoLeavesWhileATextureIsCheckedLeavesNothing) {
     auto committed = up.commitTextureRequest().send();
     loop.pause(round % 8);
   }
+  // All that a user may have under way is theirs again: every leaver's check has come to its end.
+  std::vector<proto::Upload::Client> held;
+  EXPECT_TRUE(loop.until([&] {
+    auto begin = scene.beginUploadRequest();
+    begin.setBytes(bytes.size());
+    auto begun = loop.call(kj::mv(begin));
+    if (good(begun.getStatus())) {
+      held.push_back(begun.getUpload());
+    }
+    return held.size() == 16;
+  })) << held.size();
   const auto textures = [&] { return loop.call(scene.listTexturesRequest()).getTextures().size(); };
   EXPECT_TRUE(loop.until([&] { return textures() == 0; })) << textures();
+  held.clear();
   EXPECT_TRUE(good(upload(cube(0.01f)).getStatus()));
 }
 

@@ -99,7 +99,7 @@ class Record(unittest.TestCase):
         recording = self.start()
         self.ctl("arm", "--for", "1.5")
         recording.send_signal(signal.SIGINT)
-        out, _ = recording.communicate(timeout=30)
+        out, _ = recording.communicate(timeout=60)
         self.assertEqual(recording.returncode, 0, out)
         self.assertIn("stopped", out)
         told = self.replay("--verify")
@@ -130,7 +130,7 @@ class Record(unittest.TestCase):
             self.ctl("add", "sphere", "--name", "late", "--size", "0.001", "--at", "0.1,0,0")
             arm.wait(30)
         recording.send_signal(signal.SIGINT)
-        recording.communicate(timeout=30)
+        recording.communicate(timeout=60)
         run = [BENCH, "run", "-a", "ours", "-t", self.file, "--rounds", "1", "--stiffness", "500", "-m"]
         samples = self.directory / "samples.csv"
         done = subprocess.run([*run, self.file, "--samples", samples], capture_output=True, text=True, check=True)
@@ -162,7 +162,7 @@ class Record(unittest.TestCase):
             self.ctl("set", "/objects/roof/pos?value=0,0,0.004")
             arm.wait(30)
         recording.send_signal(signal.SIGINT)
-        recording.communicate(timeout=30)
+        recording.communicate(timeout=60)
         refused = subprocess.run([*run, self.file], capture_output=True, text=True, check=False)
         self.assertEqual(refused.returncode, 1)
         self.assertRegex(refused.stderr, rf"object {number} moves or goes at tick \d+ \(a recording in which it stands still")
@@ -194,7 +194,7 @@ class Record(unittest.TestCase):
         self.ctl("record", self.file, "--for", "0.3", "--replace", check=False)
         self.assertEqual(self.file.read_bytes(), b"an older recording", "a refusal replaces nothing")
         arm.send_signal(signal.SIGINT)
-        arm.communicate(timeout=30)
+        arm.communicate(timeout=60)
 
     def test_killed_at_any_instant_it_loses_a_second_at_most(self):
         lost = []
@@ -204,7 +204,7 @@ class Record(unittest.TestCase):
             time.sleep(random.uniform(1.2, 2.2))
             recording.kill()
             elapsed = time.monotonic() - began
-            recording.communicate(timeout=30)
+            recording.communicate(timeout=60)
             self.assertIn("bit for bit", self.replay("--verify"))
             self.assertIn("cut off", self.replay())
             lost.append(elapsed - float(self.rows()[-1]["t"]))
@@ -216,7 +216,7 @@ class Record(unittest.TestCase):
         time.sleep(random.uniform(1.2, 2.2))
         self.daemon.kill()
         elapsed = time.monotonic() - began
-        _, errors = recording.communicate(timeout=30)
+        _, errors = recording.communicate(timeout=60)
         self.assertEqual(recording.returncode, 4, errors)
         self.assertIn("holds what came until then", errors)
         self.assertIn("the daemon is not there or has restarted\n  see why it ended: journalctl -u hapticd\n", errors)
@@ -227,7 +227,7 @@ class Record(unittest.TestCase):
         recording = self.start()
         time.sleep(0.5)
         self.daemon.process.terminate()
-        recording.communicate(timeout=30)
+        recording.communicate(timeout=60)
         self.assertNotEqual(recording.returncode, 0)
         told = self.replay("--verify")
         self.assertIn("bit for bit", told)

@@ -12,6 +12,7 @@ Cycle::Cycle(const CycleConfig& config, const MeshTable& meshes) noexcept
       devices_{DeviceState(config.guard[0], 0), DeviceState(config.guard[1], 1), DeviceState(config.guard[2], 2),
                DeviceState(config.guard[3], 3)} {
   static_assert(kMaxDevices == 4, "one DeviceState each above");
+  for (DeviceState& device : devices_) scaleToWorld(device);
 }
 
 void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
@@ -167,6 +168,7 @@ void Cycle::scaleToWorld(DeviceState& device) HD_RT {
   const double step = device.mount.scale() * device.read_resolution;
   device.resolution = step;
   device.proxy.setResolution(step);
+  device.proxy.setMaxDamping(mostDamping(device.max_damping / device.mount.scale()));
   device.effects.setResolution(step, VelocityEstimator::noiseAtRest(step, period()));
 }
 
@@ -371,13 +373,11 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     device.lending.hand = sample.p;
   }
 
-  device.object_effects.setMaxDamping(dampingLeft(device.max_damping / device.mount.scale(), energy.damping));
-  source[HD_SOURCE_EFFECT].force = device.object_effects.step(scene_, sample.p, out.velocity.v, period(), input.now_ns);
-  energy.damping += device.object_effects.damping();
-
-  const ToolPoint tool{sample.p, out.velocity.v, d, devices_[d].resolution};
+  const double can = device.max_damping / device.mount.scale();  // In the world.
+  ToolPoint tool{sample.p, out.velocity.v, d, device.resolution};
   for (SessionShare& session : sessions_) {
     if (session.life() == SessionShare::Life::kFree) continue;
+    tool.most_damping = mostDamping(can, energy.damping);
     const SessionShare::Share share = session.evaluate(tool, input.now_ns, scene_);
     source[HD_SOURCE_LOCAL_MODEL].force += share.local_model;
     source[HD_SOURCE_CLIENT].force += share.client_force;
@@ -385,7 +385,11 @@ void Cycle::renderDevice(std::uint32_t d, const CycleInput& input, DeviceOutput&
     energy.local_active += share.local_active;
     energy.carried += share.carried;
     energy.stored += share.stored;
+    energy.damping += share.damping;
   }
+  device.object_effects.setMaxDamping(dampingLeft(can, energy.damping));
+  source[HD_SOURCE_EFFECT].force = device.object_effects.step(scene_, sample.p, out.velocity.v, period(), input.now_ns);
+  energy.damping += device.object_effects.damping();
   if (!device.mount.identity()) bringToDevice(d, out);
   weighClutch(d, out.contact, sample.p);
   source[HD_SOURCE_GRAVITY].force = device.mount.upright() * input.device[d].gravity;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "rt/cycle/cycle.h"
+#include "rt/guard/damping_left.h"
 
 namespace hapticd {
 namespace {
@@ -147,6 +148,7 @@ FingerForces Cycle::touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT {
   const SceneObject* const object = scene_.find(out.contact.object);
   FingerMotion motion{out.velocity, object != nullptr ? object->V_WO.w : Vec3::Zero()};
   motion.fingers = static_cast<int>(config_.device_count);
+  motion.most_damping = mostDamping(devices_[d].max_damping / devices_[d].mount.scale());
   const std::uint8_t k = object != nullptr ? bodies_.find(objectSlot(object->id)) : FreeBodies::kNone;
   if (k != FreeBodies::kNone && bodies_.moves(k)) {
     motion.r = out.contact.point - bodies_.body(k).body.com();

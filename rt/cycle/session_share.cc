@@ -16,8 +16,8 @@ double shrink(double magnitude, double limit) HD_RT { return magnitude > limit ?
 
 bool finite(const SessionShare::Share& s) HD_RT {
   return isFinite(s.local_model) && isFinite(s.client_force) && isFinite(s.client_torque) && isFinite(s.local_active) &&
-         isFinite(s.carried) && std::isfinite(s.stored) && std::isfinite((s.local_model + s.client_force).norm()) &&
-         std::isfinite(s.client_torque.norm());
+         isFinite(s.carried) && std::isfinite(s.stored) && std::isfinite(s.damping) &&
+         std::isfinite((s.local_model + s.client_force).norm()) && std::isfinite(s.client_torque.norm());
 }
 
 void scaleForce(SessionShare::Share& s, double by) HD_RT {
@@ -26,6 +26,7 @@ void scaleForce(SessionShare::Share& s, double by) HD_RT {
   s.local_active *= by;
   s.carried *= by;
   s.stored *= by;
+  s.damping *= by;
 }
 
 }  // namespace
@@ -153,13 +154,16 @@ double SessionShare::scaleOf(Envelope& envelope, double magnitude, std::int64_t 
 SessionShare::Share SessionShare::evaluate(const ToolPoint& tool, std::int64_t now_ns, const Scene& scene) HD_RT {
   Share share;
   if (life_ == Life::kFree || tool.device >= kMaxDevices) return share;
+  ToolPoint left = tool;
   for (LocalModelSlot& model : models_) {
     if (model.empty()) continue;
-    const ModelForce f = model.evaluate(tool, now_ns, scene);
+    const ModelForce f = model.evaluate(left, now_ns, scene);
     share.local_model += f.force;
     share.local_active += f.active;
     share.carried += f.carried;
     share.stored += f.stored;
+    share.damping += f.damping;
+    left.most_damping = std::max(0.0, tool.most_damping - share.damping);
   }
   addClientForce(tool, now_ns, share);
   if (!finite(share)) share = Share{};

@@ -25,6 +25,7 @@ class SessionShare {
     Vec3 local_active = Vec3::Zero();  ///< Part of local_model that springs and force fields make [N].
     Vec3 carried = Vec3::Zero();       ///< Power, by axis, that moving, changing or returning models put in [W].
     double stored = 0;                 ///< Elastic energy in the local models [J].
+    double damping = 0;                ///< By which they damp together [N s/m].
   };
 
   SessionShare() noexcept { free(); }

@@ -51,7 +51,7 @@ PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, dou
   if (contact.slip || !(speed > 0) || motion.body.vp.isZero(0)) return {};
   const Vec3 t = v_across / speed;
   const double w_along = motion.fingers * dt * t.dot(motion.body.at(motion.r) * t);
-  const double b = std::min(damping, 1 / w_along);
+  const double b = std::min({damping, motion.most_damping, 1 / w_along});
   const Vec3 elastic = contact.stiffness * (contact.pull - contact.pull.dot(contact.normal) * contact.normal);
   Vec3 all = elastic + b * v_across;
   const double most = contact.friction.still * pressOf(contact);

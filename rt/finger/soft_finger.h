@@ -14,6 +14,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "rt/body/mobility.h"
 #include "rt/command.h"
@@ -38,6 +39,7 @@ struct FingerMotion {
   Vec3 r = Vec3::Zero();         ///< From the body's centre of mass to the contact [m],
   Mobility body;                 ///< and its mobility; zero of what nothing moves.
   int fingers = 1;               ///< That may press the same body.
+  double most_damping = std::numeric_limits<double>::infinity();  ///< That the device bears [N s/m].
 };
 
 struct PadForce {

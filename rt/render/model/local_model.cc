@@ -139,7 +139,7 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
 
   ModelForce out;
   if (!now_.model.none() && now_.model.device() == tool.device) {
-    out = now_.model.evaluate(tool.p, tool.v, now_.frame, tool.resolution);
+    out = now_.model.evaluate(tool.p, tool.v, now_.frame, tool.resolution, tool.most_damping);
   }
   last_of_now_[tool.device] = out.force;
   stored_of_now_[tool.device] = out.stored;
@@ -147,7 +147,7 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
     ModelForce old;
     if (!before_.model.none() && before_.model.device() == tool.device) {
       follow(before_, scene);
-      old = before_.model.evaluate(tool.p, tool.v, before_.frame, tool.resolution);
+      old = before_.model.evaluate(tool.p, tool.v, before_.frame, tool.resolution, tool.most_damping);
     }
     const double c = before_weight_;
     const Vec3& r = residual_[tool.device];
@@ -162,11 +162,13 @@ ModelForce LocalModelSlot::evaluate(const ToolPoint& tool, std::int64_t now_ns, 
     out.active = s * out.active + (1 - s) * (c * old.active + r);
     out.carried = s * out.carried + (1 - s) * c * old.carried + byAxis(put_in, change);
     out.stored = s * out.stored + (1 - s) * c * old.stored;
+    out.damping = s * out.damping + (1 - s) * c * old.damping;
   }
   out.force *= w;
   out.active *= w;
   out.carried *= w;
   out.stored *= w;
+  out.damping *= w;
   last_[tool.device] = out.force;
   stored_[tool.device] = out.stored;
   return out;

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "rt/base/math.h"
 #include "rt/command.h"
@@ -21,6 +22,7 @@ struct ToolPoint {
   Vec3 v = Vec3::Zero();
   std::uint32_t device = 0;
   double resolution = 0;  ///< Steps in which p's coordinates come [m], as the device's encoders give them.
+  double most_damping = std::numeric_limits<double>::infinity();  ///< Of all models together [N s/m].
 };
 
 /**

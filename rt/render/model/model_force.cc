@@ -192,8 +192,8 @@ LocalModel::Contact LocalModel::findContact(const Vec3& x) const HD_RT {
   return c;
 }
 
-Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double resolution,
-                              double& stored) HD_RT {
+Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double resolution, double b,
+                              ModelForce& out) HD_RT {
   if (!(contact.depth > 0)) {
     touching_ = false;
     return Vec3::Zero();
@@ -209,7 +209,8 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
     touching_ = true;
     slip_ = false;
   }
-  double damping = std::clamp(-local_.material.damping * n.dot(v), -contact.elastic, contact.elastic);
+  const double v_n = n.dot(v);
+  double damping = std::clamp(-b * v_n, -contact.elastic, contact.elastic);
   // Friction is in proportion to what damping leaves of the normal force when the hand withdraws.
   const double left = damping < 0 ? 1 + damping / contact.elastic : 1.0;
   const double mu_d = std::max(0.0, local_.material.friction_dynamic);
@@ -238,19 +239,22 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
   }
   left_ = std::min(mu_d, r / contact.depth);
   const Vec3 spring = anchor_ - x;
-  stored = 0.5 * k * (spring.squaredNorm() + beyond_);
+  out.stored = 0.5 * k * (spring.squaredNorm() + beyond_);
   const double push = k * std::max(0.0, n.dot(spring));
   damping = std::clamp(damping, -push, push);
+  const double most = std::min(push, contact.elastic);
+  out.damping = b * std::abs(v_n) > most ? most / std::abs(v_n) : b;
   return k * spring + damping * n;
 }
 
-Vec3 LocalModel::springForce(const Vec3& x, const Vec3& v) const HD_RT {
+Vec3 LocalModel::springForce(const Vec3& x, const Vec3& v, double b, ModelForce& out) const HD_RT {
   const double k = local_.material.stiffness;
-  const double b = local_.material.damping;
   const Vec3 r = x - vec3(local_.origin);
+  out.damping = b;
   if (local_.radius == 0) return -k * r - b * v;
   const double distance = r.norm();
   const Vec3 u = fadedDirection(r, distance, kCore * local_.radius);
+  out.damping *= u.squaredNorm();
   return (-k * (distance - local_.radius) - b * u.dot(v)) * u;
 }
 
@@ -263,7 +267,8 @@ Vec3 LocalModel::fieldForce(const Vec3& x) const HD_RT {
   return weight * (vec3(field_.f0) + J * r);
 }
 
-ModelForce LocalModel::evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame, double resolution) HD_RT {
+ModelForce LocalModel::evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame, double resolution,
+                                double most_damping) HD_RT {
   ModelForce out;
   if (none()) return out;
   const Quat R_FW = frame.X_WF.q.conjugate();
@@ -274,10 +279,11 @@ ModelForce LocalModel::evaluate(const Vec3& p, const Vec3& v, const ModelFrame& 
     out.force = frame.X_WF.q * fieldForce(x);
     out.active = out.force;
   } else if (local_.kind == HD_MODEL_SPRING) {
-    out.force = frame.X_WF.q * springForce(x, v_F);
+    out.force = frame.X_WF.q * springForce(x, v_F, std::min(local_.material.damping, most_damping), out);
     out.active = out.force;
   } else {
-    out.force = frame.X_WF.q * contactForce(findContact(x), x, v_F, resolution, out.stored);
+    out.force = frame.X_WF.q *
+                contactForce(findContact(x), x, v_F, resolution, std::min(local_.material.damping, most_damping), out);
     out.carried = out.force.cwiseProduct(v_frame);
   }
   return out;

@@ -21,6 +21,7 @@ struct ModelForce {
   Vec3 active = Vec3::Zero();   ///< Part of it that springs and force fields make [N].
   Vec3 carried = Vec3::Zero();  ///< Power, by axis, that the client puts in by moving the model [W].
   double stored = 0;            ///< Elastic energy of the passive part [J].
+  double damping = 0;           ///< By which it damps, at most its force over the speed [N s/m].
 };
 
 /** Where a model's frame F stands and how it moves. */
@@ -77,8 +78,10 @@ class LocalModel {
    * @param v  [m/s]
    * @param frame  Of the model, now.
    * @param resolution  Steps in which the coordinates of p come [m]: what slips does not stick for one of them.
+   * @param most_damping  What it damps by at most [N s/m].
    */
-  [[nodiscard]] ModelForce evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame, double resolution = 0) HD_RT;
+  [[nodiscard]] ModelForce evaluate(const Vec3& p, const Vec3& v, const ModelFrame& frame, double resolution = 0,
+                                    double most_damping = std::numeric_limits<double>::infinity()) HD_RT;
 
  private:
   /** Where the tool stands in a solid. Vectors in F. */
@@ -93,9 +96,9 @@ class LocalModel {
   /** Neither spring nor field. */
   [[nodiscard]] bool isContact() const HD_RT;
   [[nodiscard]] Contact findContact(const Vec3& x) const HD_RT;
-  [[nodiscard]] Vec3 contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double resolution,
-                                  double& stored) HD_RT;
-  [[nodiscard]] Vec3 springForce(const Vec3& x, const Vec3& v) const HD_RT;
+  [[nodiscard]] Vec3 contactForce(const Contact& contact, const Vec3& x, const Vec3& v, double resolution, double b,
+                                  ModelForce& out) HD_RT;
+  [[nodiscard]] Vec3 springForce(const Vec3& x, const Vec3& v, double b, ModelForce& out) const HD_RT;
   [[nodiscard]] Vec3 fieldForce(const Vec3& x) const HD_RT;
 
   CommandKind kind_ = CommandKind::kNone;

@@ -115,6 +115,8 @@ class ProxyRenderer {
    * of them. Not positive counts as 0, as at the start.
    */
   void setResolution(double step) HD_RT { resolution_ = step; }
+  /** What surfaces damp by at most [N s/m]; as at the start, by what they are told. */
+  void setMaxDamping(double b) HD_RT { max_damping_ = b; }
   /** For the next step: what of friction is asked for by a twist. */
   void bear(const TwistLoad& load) HD_RT { load_ = load; }
   /** Whether triangles are kept from tick to tick. It changes no force, only what it costs;
@@ -324,7 +326,8 @@ class ProxyRenderer {
   bool slip_ = false;
   /** Where the proxy was left: its way from where it would be without friction, in depths. */
   double left_ = 0;
-  double resolution_ = 0;  ///< Of the hip [m].
+  double resolution_ = 0;                                         ///< Of the hip [m].
+  double max_damping_ = std::numeric_limits<double>::infinity();  ///< [N s/m]
   TwistLoad load_;
   std::uint32_t hint_slot_ = 0;  ///< Where the last triangle was met: likely the next one too.
   std::uint32_t hint_ = HD_NO_INDEX;

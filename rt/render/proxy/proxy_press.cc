@@ -92,7 +92,7 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
   Press all;
   if (depth > 0) all.normal = up / depth;
   all.stiffness = all.stored = object.material.stiffness;
-  all.damping = object.material.damping;
+  all.damping = std::min(object.material.damping, max_damping_);
   all.velocity = step.scene->velocityAt(object, feature, x);
   const Vec3 out = step.goal - x;
   all.at_hip = all.velocity + object.V_WO.w.cross(out);
@@ -111,12 +111,13 @@ ProxyRenderer::Press ProxyRenderer::pressOf(const Step& step, const SceneObject&
     part[i] = {held[i].normal, held[i].push, other.material.stiffness};
     velocity[i] = step.scene->velocityAt(other, held[i].feature, x);
     pushes += held[i].push;
-    damping += held[i].push * other.material.damping;
+    const double damps = std::min(other.material.damping, max_damping_);
+    damping += held[i].push * damps;
     at_hip[i] = velocity[i] + other.V_WO.w.cross(out);
     mean += held[i].push * velocity[i];
     mean_at_hip += held[i].push * at_hip[i];
-    alike = alike && part[i].stiffness == all.stiffness && other.material.damping == all.damping &&
-            velocity[i] == all.velocity && at_hip[i] == all.at_hip;
+    alike = alike && part[i].stiffness == all.stiffness && damps == all.damping && velocity[i] == all.velocity &&
+            at_hip[i] == all.at_hip;
   }
   if (count < 2 || !(pushes > 0)) return all;
   const Vec3 force = press({part, static_cast<std::size_t>(count)}, up);

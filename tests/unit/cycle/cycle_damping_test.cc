@@ -23,6 +23,22 @@ void addBath(test::SteppedCycle& hand, double damping) {
   hand.put(CommandKind::kSetEffect, SetEffect{kThickBath, 0, test::effect(EffectKind::kViscous, 100, 0, damping, 10)});
 }
 
+/** Of two clients one gives a plane where the wall is, the other holds the hand by a spring. */
+void addModels(test::SteppedCycle& hand, double damping) {
+  hd_local_model plane{};
+  plane.kind = HD_MODEL_PLANE;
+  plane.normal[2] = 1;
+  plane.material = {500, static_cast<float>(damping), 0, 0};
+  plane.lease_ns = 100'000'000'000;
+  hd_local_model spring = plane;
+  spring.kind = HD_MODEL_SPRING;
+  spring.material.stiffness = 50;
+  for (std::uint32_t client = 0; client < 2; ++client) {
+    hand.put(CommandKind::kAddSession, SessionRef{client, 0, client + 1});
+    hand.put(CommandKind::kLocalModel, client == 0 ? plane : spring, client);
+  }
+}
+
 struct Damped {
   double by_bath = 0, by_guard = 0;  ///< [N s/m]
 };
@@ -77,14 +93,15 @@ TEST(CycleDamping, DragsAreCountedToo) {
 }
 
 /** RMS of what alternates from tick to tick in the force on 150 g that are pressed to a wall, a tick late [N]. */
-double alternates(double wall_damping, double bath_damping, double device_can) {
+double alternates(double wall_damping, double bath_damping, double device_can, double model_damping = 0) {
   CycleConfig config = test::openConfig(200);
   config.guard[0].energy_limit = 100;
   config.guard[0].max_damping = device_can;
   config.guard[0].delay = 1;
   test::SteppedCycle hand(config);
   hand.add(wall(20'000, wall_damping));
-  addBath(hand, bath_damping);
+  if (bath_damping > 0) addBath(hand, bath_damping);
+  if (model_damping > 0) addModels(hand, model_damping);
   hand.arm();
   double x = 0.003, v = 0, sum = 0;
   std::array<double, 4> sent{};  // The youngest first.
@@ -107,6 +124,27 @@ TEST(CycleDamping, AHandInABathIsNotThrownOffAWall) {
   const double can = 55;
   for (const double of_wall : {0.0, 0.5, 1.0, 1.5}) {  // Of what it can.
     EXPECT_LT(alternates(of_wall * can, 1000, can), 0.8) << of_wall;
+  }
+}
+
+// Clients' models damp by what surfaces leave, drags and controller by what models leave.
+TEST(CycleDamping, AHandInClientsModelsIsNotThrownOffAWall) {
+  const double can = 55;
+  for (const double of_models : {0.5, 1.0, 3.0}) {  // Of what it can.
+    for (const double of_wall : {0.0, 0.75, 1.5}) {
+      for (const double bath : {0.0, 1000.0}) {
+        EXPECT_LT(alternates(of_wall * can, bath, can, of_models * can), 0.8)
+            << of_models << ", " << of_wall << ", " << bath;
+      }
+    }
+  }
+}
+
+// However much a surface is told to damp.
+TEST(CycleDamping, ASurfaceDampsByWhatTheDeviceBears) {
+  const double can = 55;
+  for (const double of_wall : {1.5, 2.5, 5.0, 20.0}) {
+    EXPECT_LT(alternates(of_wall * can, 0, can), 0.8) << of_wall;
   }
 }
 

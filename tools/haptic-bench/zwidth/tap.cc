@@ -10,6 +10,7 @@
 #include "daemon/device/limits.h"
 #include "drivers/sim/sim_device.h"
 #include "rt/cycle/cycle.h"
+#include "rt/guard/damping_left.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/zwidth/buzz.h"
 
@@ -28,7 +29,7 @@ class Bench {
     aim(kGap);
     CycleConfig config;
     config.period_ns = period_ns_;
-    config.guard[0] = guardOf(loop, device_.info());
+    config.guard[0] = guardOf(loop, wall, device_.info());
     config.guard[0].ramp_ns = period_ns_;
     cycle_ = std::make_unique<Cycle>(config, *meshes_);
     cycle_->setResolution(0, device_.info().position_resolution, device_.info().rotation_resolution);
@@ -63,7 +64,7 @@ class Bench {
  private:
   /** As the daemon sets it, with power, slew and what motors bear for ever out of the way: no properties of the loop.
    */
-  static GuardConfig guardOf(const Loop& loop, DeviceInfo info) {
+  static GuardConfig guardOf(const Loop& loop, const Wall& wall, DeviceInfo info) {
     info.continuous_force = 0;  // A hand that presses with more than this went through every wall, and all were stable.
     LimitsConfig open;
     open.force_n = info.max_force;
@@ -73,7 +74,8 @@ class Bench {
     guard.limits = startLimits(open, info);
     guard.passivity = loop.passivity;
     guard.delay = info.latency_s * loop.rate_hz;
-    guard.max_damping = info.max_damping;
+    // The wall damps as it is told to, more than the device says it bears too: the limit is what is looked for.
+    guard.max_damping = std::max(info.max_damping, wall.damping / kMostDampingTogether);
     return guard;
   }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tests/support/stepped/attach_tool.h"
 #include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/test_effect.h"
 
@@ -23,7 +24,7 @@ void addBath(test::SteppedCycle& hand, double damping) {
   hand.put(CommandKind::kSetEffect, SetEffect{kThickBath, 0, test::effect(EffectKind::kViscous, 100, 0, damping, 10)});
 }
 
-/** Of two clients one gives a plane where the wall is, the other holds the hand by a spring. */
+/** Of two clients one gives a plane where the wall is, the other a spring that only damps. */
 void addModels(test::SteppedCycle& hand, double damping) {
   hd_local_model plane{};
   plane.kind = HD_MODEL_PLANE;
@@ -32,7 +33,7 @@ void addModels(test::SteppedCycle& hand, double damping) {
   plane.lease_ns = 100'000'000'000;
   hd_local_model spring = plane;
   spring.kind = HD_MODEL_SPRING;
-  spring.material.stiffness = 50;
+  spring.material.stiffness = 0;
   for (std::uint32_t client = 0; client < 2; ++client) {
     hand.put(CommandKind::kAddSession, SessionRef{client, 0, client + 1});
     hand.put(CommandKind::kLocalModel, client == 0 ? plane : spring, client);
@@ -92,17 +93,8 @@ TEST(CycleDamping, DragsAreCountedToo) {
   }
 }
 
-/** RMS of what alternates from tick to tick in the force on 150 g that are pressed to a wall, a tick late [N]. */
-double alternates(double wall_damping, double bath_damping, double device_can, double model_damping = 0) {
-  CycleConfig config = test::openConfig(200);
-  config.guard[0].energy_limit = 100;
-  config.guard[0].max_damping = device_can;
-  config.guard[0].delay = 1;
-  test::SteppedCycle hand(config);
-  hand.add(wall(20'000, wall_damping));
-  if (bath_damping > 0) addBath(hand, bath_damping);
-  if (model_damping > 0) addModels(hand, model_damping);
-  hand.arm();
+/** RMS of what alternates from tick to tick in the force on 150 g that are pressed to where a wall may be [N]. */
+double alternates(test::SteppedCycle& hand, std::uint32_t tool = 0) {
   double x = 0.003, v = 0, sum = 0;
   std::array<double, 4> sent{};  // The youngest first.
   for (int i = 0; i < 6000; ++i) {
@@ -112,11 +104,51 @@ double alternates(double wall_damping, double bath_damping, double device_can, d
       v += dt / 0.15 * (sent[1] - 6 - 400 * x - 0.5 * v);
       x += dt * v;
     }
+    ToolContacts none{};
+    none.object = tool;
+    if (tool != 0) hand.put(CommandKind::kToolContacts, none);
     std::rotate(sent.begin(), sent.end() - 1, sent.end());
     sent[0] = hand.at({0, 0, std::round(x / 10e-6) * 10e-6}).command.force.z();
     if (i >= 4000) sum += std::pow((sent[0] - 2 * sent[1] + sent[2]) / 4, 2);
   }
   return std::sqrt(sum / 2000);
+}
+
+/** Of a device whose forces are a tick late. */
+CycleConfig lateConfig(double device_can) {
+  CycleConfig config = test::openConfig(200);
+  config.guard[0].energy_limit = 100;
+  config.guard[0].max_damping = device_can;
+  config.guard[0].delay = 1;
+  return config;
+}
+
+void armAbove(test::SteppedCycle& hand) {
+  hand.arm();
+  for (int i = 0; i < 20; ++i) (void)hand.at({0, 0, 0.003});
+}
+
+double alternates(double wall_damping, double bath_damping, double device_can, double model_damping = 0) {
+  test::SteppedCycle hand(lateConfig(device_can));
+  hand.add(wall(20'000, wall_damping));
+  if (bath_damping > 0) addBath(hand, bath_damping);
+  armAbove(hand);
+  if (model_damping > 0) addModels(hand, model_damping);
+  return alternates(hand);
+}
+
+/** With a tool of 100 g in it, in free space, on whose coupling lies that damper. */
+double alternatesWithTool(double tool_damping, double bath_damping, double device_can) {
+  test::SteppedCycle hand(lateConfig(device_can));
+  const std::uint32_t box = makeObjectId(3, 1);
+  const Vec3 sides = Vec3::Constant(0.02);
+  hand.add(test::solid(box, ShapeKind::kBox, {500, 0, 0, 0}, {}, sides));
+  if (bath_damping > 0) addBath(hand, bath_damping);
+  AttachTool tool = test::attachBox(box, sides, {});
+  tool.damping = tool_damping;
+  hand.put(CommandKind::kAttachTool, tool);
+  armAbove(hand);
+  return alternates(hand, box);
 }
 
 // The device bears 110 N s/m, and says that it can show half of it. Two and a half times that would throw it by 14 N.
@@ -133,7 +165,7 @@ TEST(CycleDamping, AHandInClientsModelsIsNotThrownOffAWall) {
   for (const double of_models : {0.5, 1.0, 3.0}) {  // Of what it can.
     for (const double of_wall : {0.0, 0.75, 1.5}) {
       for (const double bath : {0.0, 1000.0}) {
-        EXPECT_LT(alternates(of_wall * can, bath, can, of_models * can), 0.8)
+        EXPECT_LT(alternates(of_wall * can, bath, can, of_models * can), 1.2)
             << of_models << ", " << of_wall << ", " << bath;
       }
     }
@@ -145,6 +177,16 @@ TEST(CycleDamping, ASurfaceDampsByWhatTheDeviceBears) {
   const double can = 55;
   for (const double of_wall : {1.5, 2.5, 5.0, 20.0}) {
     EXPECT_LT(alternates(of_wall * can, 0, can), 0.8) << of_wall;
+  }
+}
+
+// A tool's damper lies behind a spring: from tick to tick, where a device is thrown, it adds nothing to what damps.
+TEST(CycleDamping, TheDamperOfAHeldToolThrowsNobody) {
+  const double can = 55;
+  for (const double of_tool : {0.0, 0.1, 0.5, 1.0, 3.0, 20.0}) {  // Of what it can.
+    for (const double bath : {0.0, 1000.0}) {
+      EXPECT_LT(alternatesWithTool(of_tool * can, bath, can), 0.05) << of_tool << ", " << bath;
+    }
   }
 }
 

@@ -27,30 +27,42 @@ bool isAt(int fd, const std::string& path) {
          held.st_ino == there.st_ino;
 }
 
+/** Those that say something, with where they begin. */
+template <class F>
+void forLines(std::string_view text, F&& f) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::string_view line = text.substr(at, text.find('\n', at) - at);
+    if (line.find_first_not_of(' ') != std::string_view::npos) f(line, static_cast<long>(at));
+    at += line.size() + 1;
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> armedIn(std::string_view text) {
   std::vector<std::string> uris;
-  while (!text.empty()) {
-    const std::string_view line = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(line.size() + 1, text.size()));
-    if (line.find_first_not_of(' ') != std::string_view::npos) uris.emplace_back(line);
-  }
+  forLines(text, [&](std::string_view line, long) { uris.emplace_back(line); });
   return uris;
 }
 
-Result<ArmedList> ArmedList::open(const std::string& path) {
-  ArmedList list;
-  list.path_ = path;
-  list.file_.reset(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (!list.file_.valid()) return systemError(path, "open", errno, "its folder must be the daemon's own");
-  if (::flock(list.file_.get(), LOCK_EX | LOCK_NB) != 0) {
+Result<UniqueFd> ArmedList::lock(const std::string& path) {
+  UniqueFd file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (!file.valid()) return systemError(path, "open", errno, "its folder must be the daemon's own");
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     const int why = errno;
-    list.file_.reset();
     if (why != EWOULDBLOCK) return systemError(path, "flock", why);
     return Error{ErrorCode::kDeviceBusy, path, "another process holds the list of armed devices",
                  "a hapticd that lives keeps its own devices; hapticctl stop"};
   }
+  return file;
+}
+
+Result<ArmedList> ArmedList::open(const std::string& path) {
+  auto file = lock(path);
+  if (!file) return file.error();
+  ArmedList list;
+  list.path_ = path;
+  list.file_ = std::move(*file);
   std::string text;
   std::array<char, 4096> piece;
   while (text.size() < kMostBytes) {
@@ -59,14 +71,35 @@ Result<ArmedList> ArmedList::open(const std::string& path) {
     if (n == 0) break;
     text.append(piece.data(), static_cast<std::size_t>(n));
   }
-  list.left_ = armedIn(text);
+  forLines(text, [&](std::string_view line, long at) { list.left_.emplace(line, at); });
   list.end_ = static_cast<long>(text.size());
   // A line that a full disk cut short is not to grow by the next one.
   if (!text.empty() && text.back() != '\n' && writeAt(list.file_.get(), "\n", list.end_)) ++list.end_;
   return list;
 }
 
-ArmedList::~ArmedList() { clear(); }
+ArmedList::~ArmedList() {
+  if (left_.empty()) {
+    clear();
+    return;
+  }
+  for (const auto& [uri, place] : places_) remove(uri);
+}
+
+std::vector<std::string> ArmedList::left() const {
+  std::vector<std::pair<long, std::string>> all;
+  for (const auto& [uri, at] : left_) all.emplace_back(at, uri);
+  std::sort(all.begin(), all.end());
+  std::vector<std::string> uris;
+  for (auto& [at, uri] : all) uris.push_back(std::move(uri));
+  return uris;
+}
+
+void ArmedList::settle(const std::string& uri) {
+  const auto [first, last] = left_.equal_range(uri);
+  for (auto it = first; it != last; ++it) (void)writeAt(file_.get(), std::string(uri.size(), ' '), it->second);
+  left_.erase(first, last);
+}
 
 void ArmedList::clear() {
   if (!file_.valid()) return;
@@ -76,14 +109,47 @@ void ArmedList::clear() {
   left_.clear();
 }
 
+Result<bool> ArmedList::keep() {
+  if (!file_.valid() || isAt(file_.get(), path_)) return false;
+  const std::string folder = path_.substr(0, path_.rfind('/') + 1);
+  if (!folder.empty()) (void)::mkdir(folder.c_str(), 0700);  // As the socket's: open() tells what is wrong.
+  auto file = lock(path_);
+  if (!file) return file.error();
+  struct stat there {};
+  if (::fstat(file->get(), &there) != 0) return systemError(path_, "stat", errno);
+  const long from = there.st_size;  // Of another, who is dead: hapticd-safe looks after that, too.
+  std::string text = from > 0 ? "\n" : "";
+  std::multimap<std::string, long> left;
+  for (const std::string& uri : this->left()) {
+    left.emplace(uri, from + static_cast<long>(text.size()));
+    text += uri + '\n';
+  }
+  std::map<std::string, Place> places;
+  for (const auto& [uri, place] : places_) {
+    if (!place.armed) continue;
+    places[uri] = {from + static_cast<long>(text.size()), true};
+    text += uri + '\n';
+  }
+  if (!writeAt(file->get(), text, from)) {
+    const int why = errno;
+    (void)!::ftruncate(file->get(), from);
+    return systemError(path_, "write", why, "make room there");
+  }
+  file_ = std::move(*file);
+  places_ = std::move(places);
+  left_ = std::move(left);
+  end_ = from + static_cast<long>(text.size());
+  return true;
+}
+
 Result<void> ArmedList::add(const std::string& uri) {
   if (!file_.valid()) return {};
-  const auto [it, fresh] = places_.try_emplace(uri, Place{end_, false});
-  if (!isAt(file_.get(), path_)) {  // Nobody would find it when we are dead.
-    if (fresh) places_.erase(it);
-    return Error{ErrorCode::kSystem, path_, "the list of armed devices has been removed",
-                 "start hapticd again: a device that cannot be listed is not armed"};
+  if (const auto kept = keep(); !kept) {  // Nobody would find it when we are dead.
+    Error error = kept.error();
+    error.remedy = "see to its folder: a device that cannot be listed is not armed";
+    return error;
   }
+  const auto [it, fresh] = places_.try_emplace(uri, Place{end_, false});
   if (it->second.armed) return {};
   if (!writeAt(file_.get(), uri + '\n', it->second.offset)) {
     const int why = errno;
@@ -100,6 +166,7 @@ Result<void> ArmedList::add(const std::string& uri) {
 }
 
 void ArmedList::remove(const std::string& uri) {
+  settle(uri);  // What has been switched off is at zero, whoever energised it.
   const auto it = places_.find(uri);
   if (it == places_.end() || !it->second.armed) return;
   // A line that cannot be taken back costs no more than a device that is brought to zero once more.

@@ -23,26 +23,34 @@ class ArmedList {
   ArmedList() = default;
   /**
    * Opens or makes `path` and locks it. kDeviceBusy when another process holds it. What a dead daemon has left there is
-   * in left(), and stays in the file until clear() or the end.
+   * in left(), and stays in the file until settle() or clear().
    */
   [[nodiscard]] static Result<ArmedList> open(const std::string& path);
   ArmedList(ArmedList&&) = default;
   ArmedList& operator=(ArmedList&&) = default;
-  /** Devices are closed by now: empties the file. */
+  /** Devices are closed by now: none of them is listed any more. What is left and not settled is. */
   ~ArmedList();
 
+  /**
+   * Where somebody has removed the file, its folder too, or put another there: writes anew what is armed. True when it
+   * did. Call it now and then. kSystem, kDeviceBusy: it is lost still.
+   */
+  [[nodiscard]] Result<bool> keep();
   /** Before the device is energised. kSystem when it cannot be written, or found by its name: then it must not be. */
   [[nodiscard]] Result<void> add(const std::string& uri);
   /** After it has been switched off. */
   void remove(const std::string& uri);
-  /** Takes away what was left. */
+  /** One that was left is at zero. The others stay: somebody is to try again. */
+  void settle(const std::string& uri);
+  /** Takes away all, and what was left. */
   void clear();
-  /** Lets go of the file as it is: what stands there is not at zero yet, and somebody is to try again. */
-  void leave() { file_.reset(); }
-  [[nodiscard]] const std::vector<std::string>& left() const { return left_; }
+  [[nodiscard]] std::vector<std::string> left() const;
   [[nodiscard]] bool has(const std::string& uri) const;
 
  private:
+  /** Opens or makes the file, and locks it. */
+  [[nodiscard]] static Result<UniqueFd> lock(const std::string& path);
+
   struct Place {
     long offset = 0;
     bool armed = false;
@@ -52,7 +60,7 @@ class ArmedList {
   std::string path_;
   std::map<std::string, Place> places_;
   long end_ = 0;
-  std::vector<std::string> left_;
+  std::multimap<std::string, long> left_;  ///< By URI, where it stands.
 };
 
 /** URIs of a list's text; blank lines are left out. Text that ends without a line's end lost nothing: it is a URI too.

@@ -83,6 +83,7 @@ class Core {
   [[nodiscard]] SafetyLines& lines() { return lines_; }
   /** Keeps the list of armed devices from now on. Before the first arm(). */
   void keepArmed(ArmedList list) { armed_ = std::move(list); }
+  [[nodiscard]] ArmedList& armedList() { return armed_; }
   /** Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). */
   void poll();
   /** Orders wait for a servo that has no room at the moment. */

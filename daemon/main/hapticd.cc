@@ -89,14 +89,14 @@ Result<ArmedList> openArmedList(const std::string& control_socket) {
   if (!list) return list;
   for (const MadeSafe& device : makeSafe(list->left(), zeroDevice)) {
     if (device.ok) {
+      list->settle(device.uri);
       log::warn("was armed when hapticd died, and is made safe: {}", log::printable(device.uri));
     } else {
       log::error("was armed when hapticd died, and could not be made safe: {}: {}", log::printable(device.uri),
                  log::printable(device.text));
     }
   }
-  list->clear();
-  return list;
+  return list;  // What is not settled stays listed, for hapticd-safe when this daemon ends.
 }
 
 /** Before memory is locked, so that the builder starts from a small process. Without it meshes are refused. */
@@ -210,6 +210,18 @@ void keepReachable(Sockets& sockets, ControlServer& server, log::RateLimit& fail
   }
 }
 
+/** The list of armed devices too: without it nobody would make them safe if the daemon died. */
+void keepListed(Core& core, log::RateLimit& failures, std::int64_t now_ns) {
+  const auto kept = core.armedList().keep();
+  std::uint64_t suppressed = 0;
+  if (kept && *kept) {
+    log::warn("the list of armed devices was removed: it is written anew");
+  } else if (!kept && failures.allow(now_ns, suppressed)) {
+    log::error("the list of armed devices was removed and cannot be written anew: {}{}",
+               log::printable(toString(kept.error())), log::suppressedNote(suppressed));
+  }
+}
+
 /** Serves until a signal ends it, then brings every force to zero. */
 void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Sockets& sockets, const Panel* panel) {
   Supervisor supervisor(core, true);
@@ -218,11 +230,12 @@ void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Socke
   bool told = false;
   constexpr std::int64_t kLook_ns = 1'000'000'000;
   std::int64_t look_ns = core.now() + kLook_ns;
-  log::RateLimit failures{60'000'000'000, 2};
+  log::RateLimit failures{60'000'000'000, 2}, unlisted{60'000'000'000, 2};
   server.onStep([&] {
     if (const std::int64_t now_ns = core.now(); now_ns >= look_ns) {
       look_ns = now_ns + kLook_ns;
       keepReachable(sockets, server, failures, now_ns);
+      keepListed(core, unlisted, now_ns);
     }
     supervisor.step();
     sleep.step();

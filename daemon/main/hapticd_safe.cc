@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::string_view kHelp =
     "hapticd-safe [FILE]\n"
-    "Brings to zero each device listed in FILE and empties it once all are. Without\n"
+    "Brings to zero each device listed in FILE and takes it off that list. Without\n"
     "FILE: armed in $RUNTIME_DIRECTORY, else /run/hapticd/armed. hapticd writes that\n"
     "list before it arms; while it lives nothing is done.\n"
     "Exit: 0 all is safe; 1 a device could not be brought to zero; 2 wrong usage;\n"
@@ -49,9 +49,9 @@ int main(int argc, char** argv) {
   bool all = true;
   for (const MadeSafe& device : makeSafe(list->left(), zeroDevice)) {
     all = all && device.ok;
+    if (device.ok) list->settle(device.uri);  // The others stay: whoever runs this again, or the next hapticd, tries.
     std::fprintf(stderr, "%s %s%s%s\n", device.ok ? "made safe:" : "NOT MADE SAFE:", device.uri.c_str(),
                  device.ok ? "" : ": ", device.text.c_str());
   }
-  if (!all) list->leave();  // Whoever runs this again, or the next hapticd, tries once more.
   return all ? 0 : 1;
 }

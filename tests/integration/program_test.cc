@@ -12,6 +12,7 @@
 #include <fstream>
 #include <thread>
 
+#include "daemon/armed/armed_list.h"
 #include "tests/integration/raw_client.h"
 #include "tests/support/eventually.h"
 #include "tests/support/process/temporary_directory.h"
@@ -310,7 +311,8 @@ TEST_F(ProgramTest, SafeReadsTheListInTheServicesOwnFolder) {
 
 /** Whoever runs it again is not told that all is safe. */
 TEST_F(ProgramTest, WhatSafeCannotZeroStaysOnTheList) {
-  const std::string list = directory.path() + "/armed", text = "nosuch://thing\nsim://falcon\n";
+  const std::string list = directory.path() + "/run/armed";
+  std::filesystem::create_directory(directory.path() + "/run");
   const auto code = [&] {
     return WEXITSTATUS(std::system((HAPTICD_PROGRAM + std::string("-safe ") + list + " 2>/dev/null").c_str()));
   };
@@ -318,10 +320,19 @@ TEST_F(ProgramTest, WhatSafeCannotZeroStaysOnTheList) {
     std::ifstream in(list);
     return std::string(std::istreambuf_iterator<char>(in), {});
   };
-  std::ofstream(list) << text;
+  std::ofstream(list) << "nosuch://thing\nsim://falcon\n";
+  const auto left = [&] { return armedIn(listed()) == std::vector<std::string>{"nosuch://thing"}; };
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(code(), 1);
-    EXPECT_EQ(listed(), text);
+    EXPECT_TRUE(left()) << listed();
+  }
+  {  // The next daemon tries too, and leaves it to whoever comes after it.
+    Program daemon(directory, run({}));
+    EXPECT_TRUE(daemon.says("could not be made safe")) << daemon.output();
+    ASSERT_TRUE(daemon.says("ready")) << daemon.output();
+    daemon.terminate();
+    EXPECT_EQ(daemon.wait(), 0);
+    EXPECT_TRUE(left()) << listed();
   }
   std::ofstream(list) << "sim://falcon\n";
   EXPECT_EQ(code(), 0);

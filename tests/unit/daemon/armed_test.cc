@@ -59,15 +59,27 @@ TEST_F(ArmedFile, AnEndEmptiesItAndADeathDoesNot) {
   EXPECT_TRUE(list.left().empty());
 }
 
-TEST_F(ArmedFile, WhoLeavesItLeavesWhatStandsThere) {
-  std::ofstream(path()) << "falcon://1\nsim://x\n";
+TEST_F(ArmedFile, WhatWasLeftStaysUntilItIsSettled) {
+  std::ofstream(path()) << "sim://x\nfalcon://1\nsim://x\nwoodyhid://2";
   for (int i = 0; i < 2; ++i) {
     ArmedList list = open();
-    EXPECT_EQ(list.left(), (Uris{"falcon://1", "sim://x"}));
-    list.leave();
+    EXPECT_EQ(list.left(), (Uris{"sim://x", "falcon://1", "sim://x", "woodyhid://2"}));
+    ASSERT_TRUE(list.add("pantograph://3").ok());
   }
-  EXPECT_EQ(text(), "falcon://1\nsim://x\n");
-  { ArmedList list = open(); }
+  EXPECT_EQ(armedIn(text()), (Uris{"sim://x", "falcon://1", "sim://x", "woodyhid://2"})) << "its own is closed";
+  {
+    ArmedList list = open();
+    list.settle("sim://x");
+    EXPECT_EQ(list.left(), (Uris{"falcon://1", "woodyhid://2"}));
+    ASSERT_TRUE(list.add("woodyhid://2").ok());
+    list.remove("woodyhid://2");  // Its daemon has it now, and has switched it off.
+    EXPECT_EQ(armedIn(text()), Uris{"falcon://1"});
+    ASSERT_EQ(std::remove(path().c_str()), 0);
+    ASSERT_TRUE(list.keep().ok());
+    EXPECT_EQ(armedIn(text()), Uris{"falcon://1"});
+    list.settle("falcon://1");
+    EXPECT_TRUE(list.left().empty());
+  }
   EXPECT_EQ(text(), "");
 }
 
@@ -89,22 +101,69 @@ TEST_F(ArmedFile, WhoeverLivesHoldsIt) {
 }
 
 /** Whoever looks for what a dead daemon had armed goes by its name. */
+TEST_F(ArmedFile, WhatSomebodyRemovedIsWrittenAnewWithItsFolder) {
+  TemporaryDirectory parent;
+  const std::string folder = parent.path() + "/run", path = folder + "/armed";
+  const auto read = [&] {
+    std::stringstream out;
+    out << std::ifstream(path).rdbuf();
+    return armedIn(out.str());
+  };
+  ASSERT_TRUE(std::filesystem::create_directory(folder));
+  auto list = ArmedList::open(path);
+  ASSERT_TRUE(list.ok());
+  for (const char* uri : {"falcon://1", "sim://off", "woodyhid://2"}) ASSERT_TRUE(list->add(uri).ok());
+  list->remove("sim://off");
+  auto kept = list->keep();
+  EXPECT_TRUE(kept.ok() && !*kept) << "it is there";
+  for (const bool by_adding : {false, true}) {
+    std::filesystem::remove_all(folder);
+    if (by_adding) {
+      EXPECT_TRUE(list->add("sim://x").ok());
+    } else {
+      kept = list->keep();
+      EXPECT_TRUE(kept.ok() && *kept);
+    }
+    EXPECT_EQ(read(),
+              by_adding ? (Uris{"falcon://1", "woodyhid://2", "sim://x"}) : (Uris{"falcon://1", "woodyhid://2"}));
+    EXPECT_EQ(ArmedList::open(path).error().code, ErrorCode::kDeviceBusy) << "and locked";
+  }
+  list->remove("falcon://1");
+  EXPECT_EQ(read(), (Uris{"woodyhid://2", "sim://x"})) << "each at its new place";
+}
+
+TEST_F(ArmedFile, WhatAnotherPutThereStaysBesideIt) {
+  ArmedList list = open();
+  ASSERT_TRUE(list.add("falcon://1").ok());
+  ASSERT_EQ(std::remove(path().c_str()), 0);
+  std::ofstream(path()) << "another's";
+  ASSERT_TRUE(list.keep().ok());
+  EXPECT_EQ(armedIn(text()), (Uris{"another's", "falcon://1"}));
+  list.remove("falcon://1");
+  EXPECT_EQ(armedIn(text()), Uris{"another's"});
+}
+
 TEST_F(ArmedFile, WhatIsNotFoundUnderItsNameListsNothing) {
   ArmedList list = open();
   ASSERT_TRUE(list.add("falcon://1").ok());
   ASSERT_EQ(std::remove(path().c_str()), 0);
-  for (const bool another : {false, true}) {
-    if (another) std::ofstream(path()) << "another's\n";
-    const auto refused = list.add("sim://x");
-    ASSERT_FALSE(refused.ok());
-    EXPECT_EQ(refused.error().code, ErrorCode::kSystem);
-    EXPECT_FALSE(refused.error().remedy.empty());
-    EXPECT_FALSE(list.has("sim://x"));
-    EXPECT_FALSE(list.add("falcon://1").ok()) << "armed again within the 100 ms that it stays listed";
-    EXPECT_TRUE(list.has("falcon://1")) << "it may be on still";
+  ASSERT_TRUE(std::filesystem::create_directory(path()));  // Nothing can be written there.
+  EXPECT_EQ(list.keep().error().code, ErrorCode::kSystem);
+  const auto refused = list.add("sim://x");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kSystem);
+  EXPECT_FALSE(refused.error().remedy.empty());
+  EXPECT_FALSE(list.has("sim://x"));
+  EXPECT_FALSE(list.add("falcon://1").ok()) << "armed again within the 100 ms that it stays listed";
+  EXPECT_TRUE(list.has("falcon://1")) << "it may be on still";
+  ASSERT_TRUE(std::filesystem::remove(path()));
+  {  // A daemon that lives has it.
+    const ArmedList another = open();
+    EXPECT_EQ(list.keep().error().code, ErrorCode::kDeviceBusy);
+    EXPECT_FALSE(list.add("sim://x").ok());
   }
-  list.remove("falcon://1");
-  EXPECT_EQ(text(), "another's\n");
+  EXPECT_TRUE(list.add("sim://x").ok());
+  EXPECT_EQ(armedIn(text()), (Uris{"falcon://1", "sim://x"}));
 }
 
 TEST_F(ArmedFile, AFolderThatIsNotThereIsAnError) {

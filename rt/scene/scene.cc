@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "rt/geometry/sweep/sweep.h"
+#include "rt/scene/foreseen.h"
 #include "rt/scene/refit.h"
 
 namespace hapticd {
@@ -382,13 +383,14 @@ void Scene::advance(double dt) HD_RT {
   }
 }
 
-/** Whether a pose brings it farther than its velocity does in a tick and than contacts foresee. */
-bool Scene::stepsUnmet(const SceneObject& object, const Motion& motion, double dt) const HD_RT {
-  if (!motion.pose_set) return false;
-  constexpr double kMostLever = 1;  // Of what has no end [m].
-  const double step = (object.X_PO.p - motion.X_PO_before.p - dt * object.V_PO.v).norm();
-  const double turn = object.X_PO.q.angularDistance(rotated(motion.X_PO_before.q, object.V_PO.w, dt));
-  return step + turn * std::min(object.radius, kMostLever) > kUnmetStep;
+/** In its parent: where its velocity, given or told by the poses before, brings it; no farther than contacts look. */
+Pose Scene::foreseenIn(const SceneObject& object, const Motion& motion, double dt) const HD_RT {
+  if (!motion.pose_set) return object.X_PO;
+  const Twist none, &told = motion.told_for > 0 ? motion.V_told : none;
+  const bool driven = !isZero(object.V_PO);
+  const Twist& V = driven ? object.V_PO : told;
+  const double time = driven ? std::min(dt, kPoseHold) : std::min(time_ - motion.pose_time, kMetTime);
+  return {motion.X_PO_before.p + time * V.v, rotated(motion.X_PO_before.q, V.w, time)};
 }
 
 /** True if the object must be looked at next tick as well. */
@@ -404,11 +406,13 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.mesh = object.shape.mesh;
   const bool still = !motion.pose_set && !motion.jump && !motion.world_moved && !object.moved && !motion.told;
   if (still && !driven && !above.world_moved && !above.told) {
-    motion.teleported = motion.reshaped = motion.stepped = false;
+    motion.teleported = motion.reshaped = motion.posed = false;
     return object.appeared;
   }
 
   const double since = time_ - motion.pose_time;
+  motion.posed = above.posed || motion.pose_set;
+  motion.X_WF = (above.posed ? above.X_WF : parent.X_WO) * foreseenIn(object, motion, dt);
   motion.told = above.told || motion.told_for > 0;
   if (motion.pose_set) {
     const double time = std::clamp(since, dt, std::max(dt, kPoseHold));
@@ -424,8 +428,6 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   }
   motion.world_moved = motion.jump || above.world_moved || !same(object.X_PO, motion.X_PO_before);
   motion.teleported = motion.jump || above.teleported;
-  motion.stepped = above.stepped || motion.teleported || stepsUnmet(object, motion, dt);
-  if (motion.stepped) motion.unmet = time_;
 
   if (driven || motion.jump) {
     motion.told_for = 0;
@@ -440,7 +442,11 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.told = motion.told || motion.told_for > 0;
   const Twist V_PO = motion.told_for > 0 ? motion.V_told : object.V_PO;
   object.X_WO_before = object.X_WO;
+  const Vec3 middle_O = object.toLocal(object.center_W);
   object.place(parent.X_WO * object.X_PO);
+  // Of what has no end, one metre.
+  const Step step{object.X_WO_before, object.X_WO, motion.X_WF, middle_O, std::min(object.radius, 1.0)};
+  if (motion.teleported || (motion.posed && !isForeseen(step, kUnmetStep))) motion.unmet = time_;
   if (motion.teleported) {
     ++arrivals_;
     motion.arrived = time_;

@@ -129,7 +129,8 @@ class Scene {
   static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
   static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
   static constexpr double kPoseHold = 0.02;       ///< [s]
-  static constexpr double kUnmetStep = 0.002;     ///< In a tick, of what its surface may be [m].
+  static constexpr double kUnmetStep = 0.002;     ///< Of its surface, beside what its velocity brings [m].
+  static constexpr double kMetTime = 0.002;       ///< So far ahead of poses contacts are surely looked for [s].
   static constexpr std::uint32_t kMaxTriangleMoves = 8192;
 
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
@@ -202,7 +203,8 @@ class Scene {
     bool teleported = false;         ///< In the last advance(): children were carried along.
     double arrived = 0;              ///< When that was, on the scene's clock [s].
     double unmet = 0;                ///< As sinceUnmet(), on the same clock [s].
-    bool stepped = false;            ///< In the last advance(), farther than is met: children were carried along.
+    bool posed = false;              ///< In the last advance() a pose came, of it or of what is above,
+    Pose X_WF;                       ///< and there its velocity and theirs would have brought it.
     bool world_moved = false;        ///< In the last advance(): children follow.
     Twist V_told;                    ///< By poses alone, in the parent's frame,
     double told_for = 0;             ///< so much longer [s].
@@ -224,7 +226,7 @@ class Scene {
   void noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_RT;
   ErrorCode makeShape(const ShapeParameters& parameters, Shape& shape) const HD_RT;
   bool advanceObject(std::uint32_t slot, double dt) HD_RT;
-  [[nodiscard]] bool stepsUnmet(const SceneObject& object, const Motion& motion, double dt) const HD_RT;
+  [[nodiscard]] Pose foreseenIn(const SceneObject& object, const Motion& motion, double dt) const HD_RT;
   void noteFelt(std::uint32_t slot, bool before) HD_RT;
   void rebuildTouchable() HD_RT;
 

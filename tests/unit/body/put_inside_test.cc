@@ -304,5 +304,20 @@ TEST(PutInside, WaitsForTheToolThatTouchesIt) {
   EXPECT_NEAR(scene.body().body.com().z(), 0.005, 2 * Tool::kSlop);
 }
 
+/** A servo that wakes late is no hand that puts bodies elsewhere. */
+TEST(PutInside, WhatFliesWhilePeriodsAreMissedWasNotPut) {
+  PutHouse scene;
+  const Vec3 at(0.3, 0, 0.3), v(3, 0, 0);
+  scene.addBody({ShapeKind::kBox, ShapeKind::kSphere, {0.005, 0, 0}, 0, How::kMade}, at);
+  scene.house.run(300);
+  scene.house.send(CommandKind::kObjectPose, poseMessage(kPut, {at, Quat::Identity()}, {v, Vec3::Zero()}));
+  for (int i = 0; i < 40; ++i) {
+    if (i % 4 == 3) scene.house.clock.advance(5 * test::kPeriodNs);
+    scene.house.run(1);
+    EXPECT_GT(scene.house.servo->cycle().scene().sinceUnmet(objectSlot(kPut)), FreeBodies::kStale) << "tick " << i;
+  }
+  EXPECT_GT(scene.body().body.com().x(), at.x() + 0.1) << "it flew";
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -1,0 +1,142 @@
+// What a pose brings where nobody could foresee it, and what is late only.
+#include <gtest/gtest.h>
+
+#include "rt/base/rotation.h"
+#include "tests/support/stepped/test_scene.h"
+
+namespace hapticd {
+namespace {
+
+using test::kTick;
+using test::TestScene;
+
+constexpr double kLong = 0.1;  ///< What comes is unmet for less than this [s].
+const Vec3 kUnmetHalf(0.01, 0.01, 0.01);
+const double kUnmetRadius = kUnmetHalf.norm();
+
+struct Unmet : TestScene {
+  std::uint32_t addBox(const Vec3& at, std::uint32_t parent = 0) {
+    return add(ShapeKind::kBox, kUnmetHalf, {at, Quat::Identity()}, {1000, 0, 0, 0}, HD_OBJECT_ENABLED, parent);
+  }
+  void rest() {
+    for (int i = 0; i < 200; ++i) scene->advance(kTick);
+  }
+  [[nodiscard]] bool isUnmet(std::uint32_t id) const { return scene->sinceUnmet(objectSlot(id)) < kLong; }
+};
+
+/** A body goes on by one period, however many the scene has missed: all bodies in flight were taken for put there. */
+TEST(UnmetStep, AShorterWayThanItsVelocityTellsIsMet) {
+  for (const int missed : {0, 1, 3, 15}) {
+    Unmet t;
+    const auto id = t.addBox(Vec3::Zero());
+    t.rest();
+    const Twist V{{3, 0, -2}, {0, 30, 10}};
+    Pose X;
+    for (int i = 0; i < 20; ++i) {
+      X = {X.p + kTick * V.v, rotated(X.q, V.w, kTick)};
+      t.pose(id, X, V);
+      t.scene->advance(kTick * (1 + missed));
+      EXPECT_FALSE(t.isUnmet(id)) << missed << " missed, tick " << i;
+    }
+  }
+}
+
+TEST(UnmetStep, WhatComesAsideOrAgainstItsVelocityIsUnmet) {
+  struct {
+    Pose step;
+    Twist V;
+    bool unmet;
+  } cases[] = {
+      {{{0.003, 0, 0}, Quat::Identity()}, {{3, 0, 0}, {0, 0, 0}}, false},
+      {{{0.003, 0.0019, 0}, Quat::Identity()}, {{3, 0, 0}, {0, 0, 0}}, false},
+      {{{0.003, 0.0021, 0}, Quat::Identity()}, {{3, 0, 0}, {0, 0, 0}}, true},
+      {{{-0.0021, 0, 0}, Quat::Identity()}, {{3, 0, 0}, {0, 0, 0}}, true},
+      {{{0.0052, 0, 0}, Quat::Identity()}, {{3, 0, 0}, {0, 0, 0}}, true},
+      {{{0.0021, 0, 0}, Quat::Identity()}, {}, true},
+      {{{0.0019, 0, 0}, Quat::Identity()}, {}, false},
+      {{{}, fromRotationVector({0, 0, 0.0019 / kUnmetRadius})}, {}, false},
+      {{{}, fromRotationVector({0, 0, 0.0021 / kUnmetRadius})}, {}, true},
+      {{{}, fromRotationVector({0, 0, 0.0050 / kUnmetRadius})}, {{0, 0, 0}, {0, 0, 5 / kUnmetRadius}}, false},
+      {{{}, fromRotationVector({0, 0, -0.0021 / kUnmetRadius})}, {{0, 0, 0}, {0, 0, 5 / kUnmetRadius}}, true},
+  };
+  int number = 0;
+  for (const auto& c : cases) {
+    Unmet t;
+    const auto id = t.addBox(Vec3::Zero());
+    t.rest();
+    t.pose(id, c.step, c.V);
+    t.scene->advance(kTick);
+    EXPECT_EQ(t.isUnmet(id), c.unmet) << "case " << number;
+    ++number;
+  }
+}
+
+/** Each by what the turn makes of it: far from the axis it comes far, on it no place of it comes to be elsewhere. */
+TEST(UnmetStep, AGroupsTurnBringsItsPartsByTheirLevers) {
+  const double turn = 0.02;
+  for (const int levels : {1, 2}) {
+    Unmet t;
+    auto group = t.add(ShapeKind::kGroup, Vec3::Zero());
+    const auto turned = group;
+    if (levels == 2) group = t.add(ShapeKind::kGroup, Vec3::Zero(), {}, {}, HD_OBJECT_ENABLED, group);
+    const auto near = t.addBox({0.01, 0, 0}, group), far = t.addBox({0.2, 0, 0}, group);
+    t.rest();
+    t.pose(turned, {Vec3::Zero(), fromRotationVector({0, 0, turn})});
+    t.scene->advance(kTick);
+    EXPECT_FALSE(t.isUnmet(near)) << levels;
+    EXPECT_TRUE(t.isUnmet(far)) << levels;
+    t.rest();
+    const Twist V{{0, 0, 0}, {0, 0, turn / kTick}};
+    t.pose(turned, {Vec3::Zero(), fromRotationVector({0, 0, 2 * turn})}, V);
+    t.scene->advance(kTick);
+    EXPECT_FALSE(t.isUnmet(far)) << levels << ": as its velocity tells";
+  }
+}
+
+/** What a part's own pose takes back is no step in the world. */
+TEST(UnmetStep, IsOneOfTheWorld) {
+  Unmet t;
+  const auto group = t.add(ShapeKind::kGroup, Vec3::Zero());
+  const auto part = t.addBox(Vec3::Zero(), group);
+  t.rest();
+  t.pose(group, {Vec3(0.05, 0, 0), Quat::Identity()});
+  t.pose(part, {Vec3(-0.05, 0, 0), Quat::Identity()});
+  t.scene->advance(kTick);
+  EXPECT_FALSE(t.isUnmet(part));
+}
+
+/** From rest it steps; then its poses tell how fast it goes, until it turns back. */
+TEST(UnmetStep, PosesTellWhatTheNextBrings) {
+  for (const double speed : {1.5, 2.5, 5.0, 9.0}) {
+    Unmet t;
+    const auto id = t.addBox(Vec3::Zero());
+    t.rest();
+    Vec3 at = Vec3::Zero();
+    for (int i = 0; i < 300; ++i) {
+      t.pose(id, {at += Vec3(speed * kTick, 0, 0), Quat::Identity()});
+      t.scene->advance(kTick);
+    }
+    EXPECT_FALSE(t.isUnmet(id)) << speed;
+    t.pose(id, {at - Vec3(0.0021, 0, 0), Quat::Identity()});
+    t.scene->advance(kTick);
+    EXPECT_TRUE(t.isUnmet(id)) << speed;
+  }
+}
+
+/** Contacts look no farther ahead than some ms: slow poses bring more than that. */
+TEST(UnmetStep, SlowPosesOfWhatIsFastAreUnmet) {
+  for (const double speed : {0.1, 0.3}) {
+    Unmet t;
+    const auto id = t.addBox(Vec3::Zero());
+    t.rest();
+    Vec3 at = Vec3::Zero();
+    for (int i = 0; i < 16 * 30; ++i) {
+      if (i % 16 == 0) t.pose(id, {at += Vec3(16 * speed * kTick, 0, 0), Quat::Identity()});
+      t.scene->advance(kTick);
+    }
+    EXPECT_EQ(t.isUnmet(id), speed > 0.2) << speed;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

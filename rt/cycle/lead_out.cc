@@ -108,18 +108,17 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
  * Nothing that happens to a body gives the energy to lift it out of what it was put into, or what came to be about
  * it. Whoever did that is taken to go on until it is out: the least way, as slowly as tools leave an overlap, and with
  * no motion left to it. Not while a hand or tool touches it, nor against other bodies: it would push them. It waits
- * for these.
+ * for these; as long as they like for hands and tools, if it stays in there.
  */
 void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   Entry& entry = entry_[k];
-  if (entry.put > 0 || entry.age >= kStale || entry.pushed) return;
   const auto isUnmet = [&](std::uint32_t slot) HD_RT { return scene.sinceUnmet(slot) < kStale; };
   bool unmet = isUnmet(objectSlot(entry.object));
   for (std::uint32_t i = 0; i < entry.model.count && !unmet; ++i) unmet = isUnmet(entry.model.point[i].body());
   if (unmet && !(entry.leading > 0)) entry.way.setZero();  // That of another time.
   if (unmet) entry.leading = kLeadOut;
-  if (!(entry.leading > 0)) return;
-  entry.leading -= dt;
+  if (!(entry.leading > 0) || entry.put > 0 || entry.age >= kStale) return;
+  if (!entry.pushed) entry.leading -= dt;
   Near near;
   findNear(scene, k, near);
   Touch overlap;
@@ -128,7 +127,7 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
     entry.leading = 0;
     entry.way.setZero();
   }
-  if (way != Way::kOut) return;
+  if (way != Way::kOut || entry.pushed) return;
   settleTouches({&overlap, 1}, dt);
   entry.way = overlap.n;
   RigidBody& body = entry.body.body;

@@ -120,5 +120,51 @@ TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
   EXPECT_GT(overlapped, 5);
 }
 
+/** Anything that comes about what a tool presses, in any way and for any time. */
+TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
+  int pressed = 0;
+  forSeeds(24, [&](unsigned seed) {
+    PutTogether scene(seed);
+    test::ToolHouse& house = *scene.house;
+    Random& random = scene.random;
+    house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -9.81}});
+    const Vec3 half(random.in(0.008, 0.02), random.in(0.008, 0.02), random.in(0.004, 0.01));
+    const double deep = random.in(0.0005, half.z()), thick = 0.02;
+    const Vec3 under(0.1, 0.1, thick), place(0, 0, -thick);
+    scene.add(makeObjectId(30, 1), {ShapeKind::kBox, under}, {place, Quat::Identity()}, false);
+    scene.add(kInside, {ShapeKind::kBox, half}, {{0, 0, half.z()}, fromRotationVector({0, 0, random.in(0, 3)})}, false);
+    SetBody body{};
+    body.object = kInside;
+    body.falls = 1;
+    body.mass = random.in(2, 10);
+    for (int i = 0; i < 3; ++i) body.inertia[i] = 1e-4 * body.mass;
+    house.send(CommandKind::kSetBody, body);
+    house.aim({0, 0, 0.1});
+    house.run(500);
+    house.hold();
+    house.aim({random.in(-0.3, 0.3) * half.x(), random.in(-0.3, 0.3) * half.y(), 2 * half.z() + random.in(0, 0.004)});
+    house.run(600);
+    const int how = random.below(3);
+    const Pose about{place + Vec3(0, 0, deep), Quat::Identity()};
+    scene.add(kSolid, {ShapeKind::kBox, under}, how == 0 ? Pose{{0, 0, -1}, Quat::Identity()} : about, false);
+    if (how == 0) house.send(CommandKind::kObjectPose, poseMessage(kSolid, about));
+    const auto goesOn = [&](int ticks) {
+      for (int i = 0; i < ticks; ++i) {
+        const Vec3 before = scene.body(0).com();
+        house.run(1);
+        const Vec3 led = scene.body(0).com() - before - kLedTick * scene.body(0).twist().v;
+        ASSERT_LE(led.norm(), 1.01 * Tool::kRecoverSpeed * kLedTick) << "tick " << i;
+        ASSERT_LT(scene.body(0).twist().v.norm(), 1.01 * Tool::kRecoverSpeed) << "tick " << i;
+      }
+    };
+    goesOn(50 + static_cast<int>(random.below(400)));
+    pressed += scene.body(0).com().z() < half.z() + 1e-4;
+    house.aim({0, 0, 0.1});
+    goesOn(800);
+    EXPECT_NEAR(scene.body(0).com().z(), deep + half.z(), 3 * Tool::kSlop);
+  });
+  EXPECT_GT(pressed, 12);
+}
+
 }  // namespace
 }  // namespace hapticd

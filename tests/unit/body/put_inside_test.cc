@@ -304,6 +304,25 @@ TEST(PutInside, WaitsForTheToolThatTouchesIt) {
   EXPECT_NEAR(scene.body().body.com().z(), 0.005, 2 * Tool::kSlop);
 }
 
+/** However long: what has come is nothing new any more when the tool goes. */
+TEST(PutInside, ComesOutOfWhatCameWhileAToolPressedIt) {
+  PutHouse scene;
+  scene.house.send(CommandKind::kSetGravity, SetGravity{{0, 0, -9.81}});
+  const Vec3 half(0.01, 0.01, 0.005), block(0.05, 0.05, 0.01);
+  scene.addBody({ShapeKind::kBox, ShapeKind::kBox, half, 0, How::kMade}, {0, 0, half.z()}, 5);
+  scene.house.hold();
+  scene.house.aim({0, 0, 0.012});  // By 3 mm into it.
+  scene.house.run(1000);
+  const double deep = 0.002;
+  scene.house.send(CommandKind::kAddObject, object(kAbout, ShapeKind::kBox, block, {0, 0, deep - block.z()}));
+  scene.house.run(4000);
+  EXPECT_NEAR(scene.body().body.com().z(), half.z(), 1e-4);
+  scene.house.aim({0, 0, 0.05});
+  scene.house.run(1000);
+  EXPECT_NEAR(scene.body().body.com().z(), deep + half.z(), 2 * Tool::kSlop);
+  EXPECT_TRUE(scene.body().asleep());
+}
+
 /** A servo that wakes late is no hand that puts bodies elsewhere. */
 TEST(PutInside, WhatFliesWhilePeriodsAreMissedWasNotPut) {
   PutHouse scene;

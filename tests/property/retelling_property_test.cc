@@ -5,6 +5,9 @@
  */
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "tests/support/for_seeds.h"
 #include "tests/support/stepped/told_scene.h"
 
@@ -91,6 +94,37 @@ TEST(RetellingProperty, WhatAFlatSideIsCutIntoIsNotFeltForLong) {
     wish.creeping = true;
     EXPECT_LE(differences(wish, cut).lasting, 3) << (ball ? "ball" : "point");
   }
+}
+
+/**
+ * Who sticks in a hollow of one mesh is as deep as both its sides tell, whichever of their faces a sweep has met: also
+ * while something else moves that reaches about the hand, and all is looked at afresh.
+ */
+TEST(RetellingProperty, WhoSticksInAHollowIsAsDeepAsBothSidesTell) {
+  forSeeds(60, [](unsigned seed) {
+    Random random(seed);
+    constexpr double kHalf = 0x1p-4;
+    const double radius = random.once(2) ? 0 : random.in(1e-4, 2e-3);
+    const double slope = std::round(random.in(0.7, 1.5) * kHalf / test::kVertexStep) * test::kVertexStep / kHalf;
+    test::TestMesh valley = test::heightMesh(kHalf, 2, [&](double x, double) { return slope * std::abs(x); });
+    for (int cuts = static_cast<int>(random.below(3)); cuts > 0; --cuts) valley = test::inFour(valley);
+    const Pose at = random.pose(0.1);
+    test::TestScene t(radius);
+    t.addMesh(valley.view(), at, {1000, 2, 0.5, 0.4});
+    const Vec3 above(0, 0, 0.05);
+    const std::uint32_t beam = t.add(ShapeKind::kBox, {0.1, 0.002, 0.002}, at * Pose{above, Quat::Identity()});
+    const Vec3 bottom(0, random.in(-0.02, 0.02), radius * std::sqrt(1 + slope * slope));
+    for (int i = 0; i < 240; ++i) t.tick(at * (bottom + Vec3(0, 0, 0.02 - 1e-4 * i)));
+    for (int i = 0; i < 300; ++i) {
+      // Past straight down by more than the sides lean, one of them alone presses.
+      const double deep = random.in(0.004, 0.005), lean = std::atan(slope), turn = random.in(-1, 1) * (lean + 0.3);
+      const Vec3 hip(deep * std::sin(turn), random.in(-0.3, 0.3) * deep, -deep * std::cos(turn));
+      if (random.once(2)) t.pose(beam, at * Pose{above + Vec3(0, 0, 1e-5 * i), Quat::Identity()});
+      t.tick(at * (bottom + hip));
+      ASSERT_LT((at.inverse() * t.contact.proxy - bottom).norm(), 1e-9) << "tick " << i;
+      ASSERT_NEAR(t.contact.depth, deep * std::cos(std::max(0.0, std::abs(turn) - lean)), 1e-9) << "tick " << i;
+    }
+  });
 }
 
 }  // namespace

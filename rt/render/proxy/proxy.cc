@@ -153,10 +153,10 @@ Vec3 ProxyRenderer::here(const Step& step) const HD_RT {
 
 /**
  * Sweeps from where the proxy is to `target` against everything. False when the work is used up: then nothing is
- * known and the proxy must not move. `above` as in Sweep, in W. `beside`: against what does not hold it yet.
+ * known and the proxy must not move. `above` as in Sweep, in W. `beside`: what is passed.
  */
 bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot,
-                            SweepHit& first, bool beside) HD_RT {
+                            SweepHit& first, Beside beside) HD_RT {
   hit = false;
   if (++step.sweeps > kMaxSweeps) return false;
   first = SweepHit{};
@@ -166,7 +166,8 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, b
     if (i == step.unfelt) [[unlikely]]
       continue;
     const SceneObject& object = step.scene->slot(i);
-    if (beside && (step.isHeldBy(i) || (step.back && step.wasAt(object, target)))) continue;
+    if (beside != Beside::kNone && step.passes(i, beside)) continue;
+    if (step.back && step.wasAt(object, target)) continue;
     const double skin = step.skin(object);
     if (step.together) {  // A ball that the segment does not reach.
       const Vec3 r = object.center_W - proxy_;
@@ -193,7 +194,7 @@ bool ProxyRenderer::sweepTo(Step& step, const Vec3& target, const Vec3& above, b
       slot = i;
     }
   }
-  if (hit && !beside) {
+  if (hit && beside == Beside::kNone) {
     hint_slot_ = slot;
     hint_ = first.feature;
   }
@@ -247,7 +248,8 @@ void ProxyRenderer::settle(Step& step) HD_RT {
   std::uint32_t slot = 0;
   SweepHit first;
   Plan next;
-  bool held = holdAgain(step);
+  bool held = step.again = holdAgain(step);
+  if (!held) looked_.count = 0;
   double nearest = std::numeric_limits<double>::infinity(), let_go = nearest;
   for (int vain = 0;; held = false) {
     const int last = step.count;
@@ -374,7 +376,7 @@ bool ProxyRenderer::goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_
     std::uint32_t other = 0;
     SweepHit first;
     step.back = true;
-    const bool free = sweepTo(step, from, Vec3::Zero(), hit, other, first, true) && !hit;
+    const bool free = sweepTo(step, from, Vec3::Zero(), hit, other, first, Beside::kHolders) && !hit;
     step.back = false;
     step.held[0].slot = last;
     step.count = count;

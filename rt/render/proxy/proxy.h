@@ -230,6 +230,15 @@ class ProxyRenderer {
     double above = 0;            ///< How far the ball comes down above it, before it settles [m].
   };
   struct Step;
+  /** What a sweep passes: nothing, what holds the proxy but for other faces of its meshes, all but these, or all that
+   * holds it. */
+  enum class Beside : std::uint8_t { kNone, kHolding, kAllButFaces, kHolders };
+  /** Of a ball that stays where it is, held by the same surfaces: whether no other face of their meshes is there. */
+  struct Looked {
+    int count = 0;  ///< Surfaces that held it then; 0: not looked.
+    Vec3 at = Vec3::Zero();
+    bool alone = false;
+  };
 
   static constexpr int kMaxInGroove = 3;                          ///< Surfaces that are looked at together.
   static constexpr std::uint32_t kKeptSweeps = kMaxInGroove + 1;  ///< Of a step, for holdWhereItIs().
@@ -262,7 +271,8 @@ class ProxyRenderer {
   void leavePinch(Step& step, const Pinch& pinch) HD_RT;
   [[nodiscard]] bool goBack(Step& step, const Vec3& from, std::uint32_t slot) HD_RT;
   bool sweepTo(Step& step, const Vec3& target, const Vec3& above, bool& hit, std::uint32_t& slot, SweepHit& first,
-               bool beside = false) HD_RT;
+               Beside beside = Beside::kNone) HD_RT;
+  [[nodiscard]] bool isBesideNoFace(Step& step) const HD_RT;
   bool meetBeside(Step& step) HD_RT;
   void moveBy(Step& step, const Vec3& target, double t) HD_RT;
   void comeTo(Step& step, const Vec3& target, std::uint32_t slot, const SweepHit& first) HD_RT;
@@ -337,6 +347,7 @@ class ProxyRenderer {
   bool crowded_ = true;         ///< Something may stand in the ball that has not come there by a motion.
   Surroundings surroundings_;
   Rest rest_;
+  Looked looked_;
   Footing footing_;
   std::array<HoldingSurface, kMaxHolding> holding_;
   int holding_count_ = 0;

@@ -12,6 +12,9 @@ constexpr double kAtBorder = 0x1p-32;  // and what is left of the depth then.
 constexpr double kLonger = 4;          // Times the last turn's, where the cone does not come nearer by less.
 constexpr double kShortOfFoot = 0.875;
 
+constexpr double kSameWay = 1 - 0x1p-40;  // Cosine of rounding.
+constexpr double kFarBeside = 0x1p20;     // Skins: who is at a surface meets it in so short a way, or goes along it.
+
 }  // namespace
 
 /**
@@ -89,13 +92,40 @@ void ProxyRenderer::shareFriction(Step& step, double k, double r, double d, Fric
   friction = {friction.still * step.part.still, friction.sliding * step.part.sliding};
 }
 
+/** Whether the ball, where it is, touches no face of the meshes that hold it but those that do. */
+bool ProxyRenderer::isBesideNoFace(Step& step) const HD_RT {
+  for (int i = 0; i < step.count; ++i) {
+    const std::uint32_t slot = step.held[i].slot;
+    const SceneObject& object = step.scene->slot(slot);
+    if (object.shape.kind != ShapeKind::kMesh) continue;
+    Vec3 ways[kMaxHalfSpaces];
+    NearestQuery query;
+    query.x = object.toLocal(proxy_);
+    query.reach = radius_ + 2 * kFarBeside * step.held[i].skin;
+    query.cosine = kSameWay;
+    query.ways = ways;
+    for (int k = 0; k < step.count; ++k)
+      if (step.held[k].slot == slot) ways[query.way_count++] = object.R_WO.transpose() * step.held[k].surface.normal;
+    query.vicinity = step.vicinity(slot);
+    query.work = step.work;
+    query.limit = kMaxWork;
+    Nearest near;
+    const NearestResult result = nearestOnMesh(*object.shape.mesh, query, near);
+    step.work = query.work;
+    if (result != NearestResult::kNone) return false;
+  }
+  return true;
+}
+
 /**
  * A proxy that lies on a floor and sticks to a wall needs no floor to stay there; the hand, deep in both, does: how
- * hard the floor is must not hang on whether friction on the wall would do. So an object at the proxy, on the way to
- * where it would be without friction, holds it too. True if there was one.
+ * hard the floor is must not hang on whether friction on the wall would do. So what is at the proxy, on the way to
+ * where it would be without friction, holds it too: another object, or another face of a mesh. True if there was one.
  */
 bool ProxyRenderer::meetBeside(Step& step) HD_RT {
-  if (step.scene->touchable().size() < 2 || step.count == 0 || step.count == kMaxHalfSpaces) return false;
+  const bool known = step.again && looked_.count == step.count && looked_.at == proxy_;
+  const bool alone = known && looked_.alone;
+  if ((alone && step.scene->touchable().size() < 2) || step.count == 0 || step.count == kMaxHalfSpaces) return false;
   HalfSpace above[kMaxHalfSpaces];
   double skin = 0;
   bool rubs = false;
@@ -108,15 +138,25 @@ bool ProxyRenderer::meetBeside(Step& step) HD_RT {
   if (!rubs) return false;
   Vec3 foot = step.goal;
   std::uint32_t active = 0, slot = 0;
-  if (!nearestInside(above, step.count, kNear * skin, foot, active) || !((foot - here(step)).norm() > kAt * skin))
-    return false;
+  if (!nearestInside(above, step.count, kNear * skin, foot, active)) return false;
+  const Vec3 at = here(step);
+  const double way = (foot - at).norm();
+  if (!(way > kAt * skin)) return false;
   bool hit = false;
   SweepHit first;
-  if (!sweepTo(step, foot, Vec3::Zero(), hit, slot, first, true) || !hit ||
-      !(first.height <= kAt * step.skin(step.scene->slot(slot))))
-    return false;
-  meet(step, foot, slot, first);
-  return true;
+  const auto isThere = [&](Beside beside) HD_RT {
+    return sweepTo(step, foot, Vec3::Zero(), hit, slot, first, beside) && hit &&
+           first.height <= kAt * step.skin(step.scene->slot(slot));
+  };
+  // Where its places relative to the objects are apart, the ways to other ones are longer, and lead elsewhere.
+  bool there = !step.together && isThere(Beside::kHolders);
+  if (!there) {
+    if (way > kFarBeside * skin) foot = at + kFarBeside * skin / way * (foot - at);
+    there = isThere(!step.together ? Beside::kAllButFaces : alone ? Beside::kHolders : Beside::kHolding);
+    if (step.again && !known && radius_ > 0) looked_ = {step.count, proxy_, isBesideNoFace(step)};
+  }
+  if (there) meet(step, foot, slot, first);
+  return there;
 }
 
 /**

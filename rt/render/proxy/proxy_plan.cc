@@ -150,6 +150,7 @@ void ProxyRenderer::hold(Step& step, std::uint32_t slot, const SweepHit& hit) HD
   }
   step.held[kept] = met;
   step.count = kept + 1;
+  step.again = false;
 }
 
 /**

@@ -54,6 +54,7 @@ struct ProxyRenderer::Step {
   bool carried = false;      ///< An object has moved since the last tick, or its vertices have moved the proxy.
   bool settled = false;      ///< The proxy is where what holds it lets it be,
   bool real = false;         ///< and each of several faces that hold it is there, not just its plane drawn out.
+  bool again = false;        ///< It has not moved yet, and what held it when the last tick ended holds it.
   bool slip = false;
   bool slipped = false;  ///< Before it came to where it is.
   bool asked = false;    ///< What held the proxy where the tick began has been asked whether slip ends,
@@ -93,6 +94,10 @@ struct ProxyRenderer::Step {
       if (held[i].slot == slot) return true;
     return false;
   }
+  [[nodiscard]] bool passes(std::uint32_t slot, Beside beside) const HD_RT {
+    const bool holds = isHeldBy(slot), has_faces = scene->slot(slot).shape.kind == ShapeKind::kMesh;
+    return beside == Beside::kAllButFaces ? !(holds && has_faces) : holds && !(has_faces && beside == Beside::kHolding);
+  }
   /** Whether active surfaces are of more than one object. */
   [[nodiscard]] bool isHeldBySeveral(std::uint32_t active) const HD_RT {
     if ((active & (active - 1)) == 0) return false;
@@ -118,6 +123,7 @@ struct ProxyRenderer::Step {
   /** All of them faces of meshes. */
   [[nodiscard]] bool isHeldByFaces() const HD_RT;
   void noteGone() HD_RT {
+    again = false;
     slipped = slip;
     judged = asked;
   }

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <utility>
 
 #include "daemon/config/config.h"
 
@@ -68,14 +69,6 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
   return fd;
 }
 
-Result<void> setGroup(const std::string& path, const std::string& group) {
-  if (group.empty()) return {};
-  if (auto r = checkSocketGroup(group); !r) return r;
-  const struct group* entry = getgrnam(group.c_str());
-  if (chown(path.c_str(), static_cast<uid_t>(-1), entry->gr_gid) != 0) return systemError(path, "chown", errno);
-  return {};
-}
-
 Result<void> fits(const std::string& path) {
   constexpr std::size_t kMost = sizeof(sockaddr_un::sun_path) - 1;
   if (!path.empty() && path.size() <= kMost) return {};
@@ -110,11 +103,17 @@ ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
   path_ = std::move(other.path_);
   file_ = std::exchange(other.file_, {});
   mode_ = std::exchange(other.mode_, 0);
-  group_ = std::move(other.group_);
+  group_ = std::exchange(other.group_, kAnyGroup);
   return *this;
 }
 
 Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, const std::string& group) {
+  if (group.empty()) return bindFor(path, mode, kAnyGroup);
+  if (auto r = checkSocketGroup(group); !r) return r.error();
+  return bindFor(path, mode, getgrnam(group.c_str())->gr_gid);
+}
+
+Result<ListenSocket> ListenSocket::bindFor(const std::string& path, unsigned mode, gid_t group) {
   if (auto r = fits(path); !r) return r.error();
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -141,13 +140,13 @@ Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, 
   }
   out.fd_ = UniqueFd(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!out.fd_.valid()) return systemError(path, "socket", errno);
-  const mode_t before = umask(0177);  // nobody connects before mode and group are right
-  const int bound = ::bind(out.fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  const int bind_errno = errno;
-  umask(before);
-  if (bound != 0) return systemError(path, "bind", bind_errno);
+  // Nobody connects before mode and group are right: the file gets the socket's mode (unix(7)), less what umask takes.
+  if (fchmod(out.fd_.get(), 0600) != 0) return systemError(path, "fchmod", errno);
+  if (::bind(out.fd_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    return systemError(path, "bind", errno);
   out.file_ = idAt(path);
-  if (auto r = setGroup(path, group); !r) return r.error();
+  if (group != kAnyGroup && chown(path.c_str(), static_cast<uid_t>(-1), group) != 0)
+    return systemError(path, "chown", errno);
   if (chmod(path.c_str(), mode) != 0) return systemError(path, "chmod", errno);
   if (::listen(out.fd_.get(), kBacklog) != 0) return systemError(path, "listen", errno);
   return out;
@@ -163,9 +162,10 @@ ListenSocket ListenSocket::adopt(UniqueFd fd, std::string path) {
 bool ListenSocket::lost() const { return mode_ != 0 && (file_ == FileId{} || idAt(path_) != file_); }
 
 Result<void> ListenSocket::renew() {
-  const std::string path = path_, group = group_;
+  const std::string path = path_;
+  const gid_t group = group_;
   close();  // Its lock, too, for bind() takes that itself; a daemon that is quicker serves there then.
-  auto made = bind(path, mode_, group);
+  auto made = bindFor(path, mode_, group);
   if (!made) return made.error();
   *this = std::move(*made);
   return {};

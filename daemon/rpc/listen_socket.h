@@ -43,16 +43,19 @@ class ListenSocket {
   [[nodiscard]] bool valid() const { return fd_.valid(); }
   /** Whether it is one that bind() made and that nobody can find any more: removed, or another stands there. */
   [[nodiscard]] bool lost() const;
-  /** bind() once more, in the place of one that is lost. After an error it is still lost. */
+  /** bind() once more, in the place of one that is lost. After an error it is still lost. Asks nobody for the group. */
   [[nodiscard]] Result<void> renew();
   void close() noexcept;
 
  private:
+  static constexpr gid_t kAnyGroup = static_cast<gid_t>(-1);  ///< As chown() has it.
+  static Result<ListenSocket> bindFor(const std::string& path, unsigned mode, gid_t group);
+
   UniqueFd fd_, lock_;
   std::string path_;
   FileId file_;        ///< What we made; nothing if we did not.
   unsigned mode_ = 0;  ///< As given to bind(); 0: this is not its.
-  std::string group_;
+  gid_t group_ = kAnyGroup;
 };
 
 /** The two sockets of this daemon. */

@@ -71,13 +71,22 @@ void ControlServer::serve(UniqueFd socket, bool administration) {
   const int fd = socket.release();
   auto receiver = io_.wrapListenSocketFd(
       fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP | kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC);
-  listen(listeners_.emplace_back(Listener{kj::mv(receiver), fd, administration}));
+  const auto made = std::make_shared<Listener>(Listener{kj::mv(receiver), fd, administration, false, {}});
+  listen(made);
+  listeners_.remove_if([&](const std::shared_ptr<Listener>& former) {
+    if (former->administration != administration) return false;
+    if (former->accepting) former->end->fulfill();  // Then its descriptor goes, too.
+    return true;
+  });
+  listeners_.push_back(made);
 }
 
-void ControlServer::listen(Listener& listener) {
-  listener.accepting = true;
-  auto ended = kj::defer([&listener] { listener.accepting = false; });
-  tasks_.add(acceptLoop(listener).attach(kj::mv(ended)));
+void ControlServer::listen(const std::shared_ptr<Listener>& listener) {
+  auto end = kj::newPromiseAndFulfiller<void>();
+  listener->end = kj::mv(end.fulfiller);
+  listener->accepting = true;
+  auto ended = kj::defer([listener] { listener->accepting = false; });
+  tasks_.add(acceptLoop(*listener).exclusiveJoin(kj::mv(end.promise)).attach(kj::mv(ended)));
 }
 
 void ControlServer::startSteps() {
@@ -163,8 +172,8 @@ kj::Promise<void> ControlServer::stepLoop() {
     if (after_step_) after_step_();
     if (!spare_.valid()) spare_ = spareDescriptor();
     if (reserve_ == nullptr) reserve_ = std::make_unique<std::byte[]>(kReserveBytes);
-    for (Listener& listener : listeners_) {
-      if (!listener.accepting) listen(listener);
+    for (const auto& listener : listeners_) {
+      if (!listener->accepting) listen(listener);
     }
     return {};
   });

@@ -26,7 +26,7 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
 
-  /** Serves a listening Unix socket. */
+  /** Serves a listening Unix socket, in place of the former of its kind; who is connected stays. */
   void serve(UniqueFd socket, bool administration);
   /** Called after every step of the Core. */
   void onStep(std::function<void()> f) { after_step_ = std::move(f); }
@@ -39,9 +39,10 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
     kj::Own<kj::ConnectionReceiver> receiver;
     int fd;  ///< Of the receiver.
     bool administration;
-    bool accepting = false;  ///< Its loop goes on.
+    bool accepting = false;                   ///< Its loop goes on,
+    kj::Own<kj::PromiseFulfiller<void>> end;  ///< until this is fulfilled.
   };
-  void listen(Listener& listener);
+  void listen(const std::shared_ptr<Listener>& listener);
   void startSteps();
   kj::Promise<void> acceptLoop(Listener& listener);
   void notAccepted(const Listener& listener, const kj::Exception& why);
@@ -55,10 +56,10 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
   std::function<void()> after_step_;
   std::map<std::uint64_t, std::unique_ptr<Connection>> connections_;
   log::RateLimit refused_log_{10'000'000'000, 3}, failed_log_{10'000'000'000, 3};
-  std::list<Listener> listeners_;
-  std::unique_ptr<std::byte[]> reserve_;  ///< Memory given up so that a loop can begin again.
-  bool stepping_ = false;                 ///< Its loop goes on; for want of memory it may not.
-  UniqueFd spare_;                        ///< Given up for an administrator, or for a moment to turn others away.
+  std::list<std::shared_ptr<Listener>> listeners_;  ///< The loop of each has it too.
+  std::unique_ptr<std::byte[]> reserve_;            ///< Memory given up so that a loop can begin again.
+  bool stepping_ = false;                           ///< Its loop goes on; for want of memory it may not.
+  UniqueFd spare_;  ///< Given up for an administrator, or for a moment to turn others away.
   kj::TaskSet tasks_;
 };
 

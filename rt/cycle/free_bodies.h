@@ -115,7 +115,8 @@ class FreeBodies {
     std::uint32_t count = 0;
     std::array<Touch, kMost> touch;
     std::array<std::uint32_t, kMost> slot;  ///< What is touched.
-    std::array<bool, kMost> moves;          ///< It is a body, too.
+    std::array<bool, kMost> moves;          ///< It is a body, too,
+    std::array<bool, kMost> mine;           ///< which found it: the plane is of this body.
   };
   enum class Way : std::uint8_t { kNone, kBarred, kOut };  ///< It overlaps nothing; something is in the way.
   static void leadAnew(Entry& entry) HD_RT;

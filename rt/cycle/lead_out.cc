@@ -24,15 +24,17 @@ void FreeBodies::leadAnew(Entry& entry) HD_RT {
 
 /** What body k touches as it knows itself, and what other bodies know of it: either finds the other. */
 void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT {
-  const auto add = [&](const Touch& touch, std::uint32_t slot, bool moves) HD_RT {
+  const auto add = [&](const Touch& touch, std::uint32_t slot, bool moves, bool mine) HD_RT {
     near.touch[near.count] = touch;
+    near.mine[near.count] = mine;
     near.slot[near.count] = slot;
     near.moves[near.count++] = moves;
   };
   for (std::uint32_t i = 0; i < entry_[k].model.count && near.count < Near::kMost; ++i) {
     const std::uint32_t slot = entry_[k].model.point[i].body();
     if (!meets(scene, k, slot)) continue;
-    add(touchOf(scene, k, i), slot, find(slot) != kNone);
+    const std::uint8_t other = find(slot);
+    add(touchOf(scene, k, i), other != kNone ? objectSlot(entry_[other].object) : slot, other != kNone, false);
   }
   for (std::uint8_t other = 0; other < kMaxBodies; ++other) {
     const Entry& its = entry_[other];
@@ -43,7 +45,8 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
       Touch touch = touchOf(scene, other, i);
       std::swap(touch.r_a, touch.r_b);
       touch.n = -touch.n;
-      add(touch, objectSlot(its.object), true);
+      touch.r_a += touch.gap * touch.n;  // On this body: both were of the other's point.
+      add(touch, objectSlot(its.object), true, true);
     }
   }
 }
@@ -59,13 +62,15 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   const auto overlaps = [&](std::uint32_t i) HD_RT {
     return -near.touch[i].gap > (near.moves[i] && !begun ? kTouching : Tool::kSlop + Tool::kRecoverTime * kLeastLead);
   };
-  const auto below = [&](const Touch& plane, const Touch& point)
-                         HD_RT { return -plane.gap + plane.n.dot(plane.r_a - point.r_a); };
+  // Below a plane of the other lie points of this body, below one of its own those of the other.
+  const auto below = [&](std::uint32_t plane, std::uint32_t point) HD_RT {
+    const Touch &of = near.touch[plane], &at = near.touch[point];
+    return -of.gap + (near.mine[plane] ? of.n.dot(at.r_b - of.r_b) : of.n.dot(of.r_a - at.r_a));
+  };
   const auto wayAlong = [&](std::uint32_t i) HD_RT {
     double most = -near.touch[i].gap;
     for (std::uint32_t j = 0; j < near.count; ++j) {
-      if (near.slot[j] == near.slot[i] && near.touch[j].gap < 0)
-        most = std::max(most, below(near.touch[i], near.touch[j]));
+      if (near.slot[j] == near.slot[i] && near.touch[j].gap < 0) most = std::max(most, below(i, j));
     }
     return most;
   };
@@ -96,7 +101,7 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   const double next = kTouching + 2 * dt * Tool::kRecoverSpeed;
   for (std::uint32_t j = 0; j < near.count; ++j) {
     const Touch& touch = near.touch[j];
-    const bool behind = near.slot[j] == near.slot[chosen] && below(near.touch[chosen], touch) >= 0;
+    const bool behind = near.slot[j] == near.slot[chosen] && below(chosen, j) >= 0;
     const double from = near.moves[j] ? next : kTouching;
     if (!behind && touch.gap < from && touch.n.dot(out.n) < -kAgainst) return Way::kBarred;
   }

@@ -166,5 +166,26 @@ TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
   EXPECT_GT(pressed, 12);
 }
 
+/** Each is led by what either knows: the other's way, back. */
+TEST(PutInsideProperty, TwoInEachOtherTakeOppositeWays) {
+  int apart = 0, opposite = 0;
+  forSeeds(60, [&](unsigned seed) {
+    PutTogether scene(seed);
+    const Shape solid = scene.anyShape(0.02, 0.04), body = scene.anyShape(0.003, 0.01);
+    const Pose X{scene.random.vector(0.03), scene.random.turn()};
+    scene.add(kSolid, solid, {}, true);
+    scene.add(kInside, body, X, true);
+    scene.house->run(1);
+    const Vec3 first = scene.body(0).com(), second = scene.body(1).com();
+    scene.house->run(30);
+    const Vec3 a = scene.body(0).com() - first, b = scene.body(1).com() - second;
+    if (a.norm() < 1e-3 || b.norm() < 1e-3) return;
+    ++apart;
+    opposite += a.normalized().dot(b.normalized()) < -0.9;
+  });
+  EXPECT_GT(apart, 10);
+  EXPECT_EQ(opposite, apart);
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -289,6 +289,17 @@ bool liesIn(const Opened& file, const std::string& folder) {
   return placeOf(file).starts_with(outer);
 }
 
+/** Whether the folder has no such name, not even that of a link which leads nowhere. */
+bool isMissingIn(const std::string& path, const std::string& folder) {
+  const std::size_t slash = path.rfind('/');
+  if (slash == std::string::npos) return false;
+  const Opened parent(path.substr(0, slash + 1), O_PATH | O_DIRECTORY);
+  const std::string place = placeOf(parent), outer = placeOf(Opened(folder, O_PATH | O_DIRECTORY));
+  if (outer.empty() || (place != outer && !place.starts_with(outer == "/" ? outer : outer + '/'))) return false;
+  struct stat there {};
+  return ::fstatat(parent.fd, path.c_str() + slash + 1, &there, AT_SYMLINK_NOFOLLOW) != 0 && errno == ENOENT;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name) {
@@ -310,11 +321,13 @@ Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path, co
   // First a name for it that stays: what the path leads to may change between two looks, or be a FIFO that waits.
   const Opened named(path, O_PATH);
   struct stat status {};
-  if (named.fd < 0 || ::fstat(named.fd, &status) != 0) return systemFault(path, errno);
-  if (!S_ISREG(status.st_mode)) return notAFile(path);
-  if (!within.empty() && !liesIn(named, within)) {
+  const int why = named.fd < 0 || ::fstat(named.fd, &status) != 0 ? errno : 0;
+  // One answer for all that lies elsewhere: what there is, and what not, is nobody's business who may not name it.
+  if (!within.empty() && !(why == 0 ? liesIn(named, within) : why == ENOENT && isMissingIn(path, within))) {
     return Error{ErrorCode::kPermissionDenied, path, "it does not lie in " + within, "put the file itself there"};
   }
+  if (why != 0) return systemFault(path, why);
+  if (!S_ISREG(status.st_mode)) return notAFile(path);
   const Opened file(kernelName(named), O_RDONLY | O_NONBLOCK);  // Not to wait for whoever has a lease on it.
   if (file.fd < 0) return systemFault(path, errno);
   if (static_cast<std::uint64_t>(status.st_size) > PoseTrack::kMaxFileBytes) {

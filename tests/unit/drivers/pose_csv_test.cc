@@ -199,6 +199,35 @@ TEST(PoseCsv, OfAFolderIsWhatLiesThereWhateverLinksLeadThere) {
   EXPECT_TRUE(loadPoseCsv(root + "/secret.csv", "/").ok());
 }
 
+// Whoever may not name it does not learn whether it exists, nor what it is.
+TEST(PoseCsv, OfWhatLiesElsewhereNothingIsTold) {
+  namespace fs = std::filesystem;
+  const test::TemporaryDirectory directory;
+  const std::string root = directory.path(), folder = root + "/open";
+  fs::create_directories(folder + "/below");
+  fs::create_directory(root + "/house");
+  std::ofstream(root + "/secret.csv") << "0,0,0,0\n";
+  const auto toldOf = [&](const std::string& path) {
+    Error error = loadPoseCsv(path, folder).error();
+    EXPECT_EQ(error.where, path);
+    error.where.clear();
+    return toString(error);
+  };
+  for (const char* target : {"/secret.csv", "/none.csv", "/house", "/house/none.csv", "/secret.csv/none"}) {
+    fs::remove(folder + "/link");
+    fs::create_symlink(root + target, folder + "/link");
+    for (const std::string& path : {folder + "/link", root + target, folder + "/.." + target})
+      EXPECT_EQ(toldOf(path), toldOf(root + "/secret.csv")) << path;
+  }
+  fs::create_directory_symlink(root, folder + "/up");
+  EXPECT_EQ(toldOf(folder + "/up/none.csv"), toldOf(folder + "/up/secret.csv"));
+  // Of what it may name, all.
+  for (const std::string& inside : {folder, folder + "/below", folder + "/up/open"}) {
+    EXPECT_EQ(loadPoseCsv(inside + "/none.csv", folder).error().code, ErrorCode::kNotFound) << inside;
+  }
+  EXPECT_EQ(loadPoseCsv(folder + "/below", folder).error().code, ErrorCode::kInvalidArgument);
+}
+
 TEST(PoseTrack, RunsStraightBetweenRowsAndHitsThem) {
   const auto track =
       good("10,0,0,0,1,0,0,0\n11,0.1,0,0,0.7071067811865476,0,0,0.7071067811865476\n13,0.1,0.2,0,1,0,0,0\n");

@@ -51,6 +51,19 @@ TEST(GuardEnergy, OfAWallThatTheLimitBindsWhatItCanGive) {
   EXPECT_NEAR(hand.rig.out.energy, 5.0 / 9.0 * kStored / 2, 2e-3 * kStored);
 }
 
+// A force that falls slower than what is asked for is more than the ramp's part; the store gives no more than its own.
+TEST(GuardEnergy, WhileTheSlewHoldsMoreThanTheRampsPartTheStoreGivesThat) {
+  Resting hand(100);
+  hand.rig.step(1000);
+  GuardLimits slow = hand.rig.config.limits;
+  slow.force_slew = 100;
+  ASSERT_EQ(hand.rig.guard.setLimits(slow), ErrorCode::kOk);
+  hand.rig.ask(HD_SOURCE_SURFACE, {kPush / 2, 0, 0});
+  const double before = hand.rig.step().energy;
+  ASSERT_GT(hand.rig.out.command.force.x(), 1.5 * kPush / 4);
+  EXPECT_NEAR(hand.rig.step().energy - before, kStored / 2000, 1e-9);
+}
+
 TEST(GuardEnergy, NothingIsGivenWhenTheRampIsThrough) {
   Resting hand(100);
   hand.rig.step(2010);

@@ -98,6 +98,20 @@ TEST(GuardSources, WhatMovesBodiesIsChargedForTheAverage) {
   }
 }
 
+/** A tick longer than the average's time is all of it, and no more. */
+TEST(GuardSources, InALongTickWhatMovesBodiesIsChargedOnce) {
+  GuardConfig config = unbound();
+  config.passivity = false;
+  config.limits.active_power = 1;
+  GuardRig rig(config);
+  rig.ask(HD_SOURCE_SURFACE, {2, 0, 0});
+  rig.armFully();
+  rig.in.velocity.v = {0.1, 0, 0};
+  rig.in.dt = 2 * Guard::kCarried_s;
+  rig.in.carried = {0.8, 0, 0};
+  EXPECT_NEAR(rig.step().command.force.x(), 2, 1e-9);
+}
+
 /** A wall that a client moves into a hand which yields nearly as fast: all that its spring gains has been paid for. */
 TEST(GuardSources, AWallThatIsMovedIntoTheHandLeaksNothing) {
   constexpr double kStiff = 600, kWall = 0.1, kHand = 0.09;

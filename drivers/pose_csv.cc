@@ -322,6 +322,7 @@ Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path, co
   const Opened named(path, O_PATH);
   struct stat status {};
   const int why = named.fd < 0 || ::fstat(named.fd, &status) != 0 ? errno : 0;
+  if (why == EMFILE || why == ENFILE || why == ENOMEM) return systemFault(path, why);
   // One answer for all that lies elsewhere: what there is, and what not, is nobody's business who may not name it.
   if (!within.empty() && !(why == 0 ? liesIn(named, within) : why == ENOENT && isMissingIn(path, within))) {
     return Error{ErrorCode::kPermissionDenied, path, "it does not lie in " + within, "put the file itself there"};

@@ -27,6 +27,18 @@ bool isAt(int fd, const std::string& path) {
          held.st_ino == there.st_ino;
 }
 
+Result<std::string> readAll(int fd, const std::string& path) {
+  std::string text;
+  std::array<char, 4096> piece;
+  while (text.size() < kMostBytes) {
+    const ssize_t n = ::pread(fd, piece.data(), piece.size(), static_cast<off_t>(text.size()));
+    if (n < 0) return systemError(path, "read", errno);
+    if (n == 0) break;
+    text.append(piece.data(), static_cast<std::size_t>(n));
+  }
+  return text;
+}
+
 /** Those that say something, with where they begin. */
 template <class F>
 void forLines(std::string_view text, F&& f) {
@@ -46,15 +58,19 @@ std::vector<std::string> armedIn(std::string_view text) {
 }
 
 Result<UniqueFd> ArmedList::lock(const std::string& path) {
-  UniqueFd file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (!file.valid()) return systemError(path, "open", errno, "its folder must be the daemon's own");
-  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
-    const int why = errno;
-    if (why != EWOULDBLOCK) return systemError(path, "flock", why);
-    return Error{ErrorCode::kDeviceBusy, path, "another process holds the list of armed devices",
-                 "a hapticd that lives keeps its own devices; hapticctl stop"};
+  UniqueFd file;
+  for (int tries = 0; tries < 3; ++tries) {
+    file.reset(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+    if (!file.valid()) return systemError(path, "open", errno, "its folder must be the daemon's own");
+    if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+      const int why = errno;
+      if (why != EWOULDBLOCK) return systemError(path, "flock", why);
+      return Error{ErrorCode::kDeviceBusy, path, "another process holds the list of armed devices",
+                   "a hapticd that lives keeps its own devices; hapticctl stop"};
+    }
+    if (isAt(file.get(), path)) return file;  // Else somebody has removed it in between.
   }
-  return file;
+  return Error{ErrorCode::kSystem, path, "somebody removes it as often as it is made", "see to its folder"};
 }
 
 Result<ArmedList> ArmedList::open(const std::string& path) {
@@ -63,18 +79,12 @@ Result<ArmedList> ArmedList::open(const std::string& path) {
   ArmedList list;
   list.path_ = path;
   list.file_ = std::move(*file);
-  std::string text;
-  std::array<char, 4096> piece;
-  while (text.size() < kMostBytes) {
-    const ssize_t n = ::pread(list.file_.get(), piece.data(), piece.size(), static_cast<off_t>(text.size()));
-    if (n < 0) return systemError(path, "read", errno);
-    if (n == 0) break;
-    text.append(piece.data(), static_cast<std::size_t>(n));
-  }
-  forLines(text, [&](std::string_view line, long at) { list.left_.emplace(line, at); });
-  list.end_ = static_cast<long>(text.size());
+  const auto text = readAll(list.file_.get(), path);
+  if (!text) return text.error();
+  forLines(*text, [&](std::string_view line, long at) { list.left_.emplace(line, at); });
+  list.end_ = static_cast<long>(text->size());
   // A line that a full disk cut short is not to grow by the next one.
-  if (!text.empty() && text.back() != '\n' && writeAt(list.file_.get(), "\n", list.end_)) ++list.end_;
+  if (!text->empty() && text->back() != '\n' && writeAt(list.file_.get(), "\n", list.end_)) ++list.end_;
   return list;
 }
 
@@ -91,7 +101,9 @@ std::vector<std::string> ArmedList::left() const {
   for (const auto& [uri, at] : left_) all.emplace_back(at, uri);
   std::sort(all.begin(), all.end());
   std::vector<std::string> uris;
-  for (auto& [at, uri] : all) uris.push_back(std::move(uri));
+  for (auto& [at, uri] : all) {
+    if (std::find(uris.begin(), uris.end(), uri) == uris.end()) uris.push_back(std::move(uri));
+  }
   return uris;
 }
 
@@ -115,11 +127,12 @@ Result<bool> ArmedList::keep() {
   if (!folder.empty()) (void)::mkdir(folder.c_str(), 0700);  // As the socket's: open() tells what is wrong.
   auto file = lock(path_);
   if (!file) return file.error();
-  struct stat there {};
-  if (::fstat(file->get(), &there) != 0) return systemError(path_, "stat", errno);
-  const long from = there.st_size;  // Of another, who is dead: hapticd-safe looks after that, too.
-  std::string text = from > 0 ? "\n" : "";
+  const auto there = readAll(file->get(), path_);  // Of another, who is dead: hapticd-safe looks after that, too.
+  if (!there) return there.error();
   std::multimap<std::string, long> left;
+  forLines(*there, [&](std::string_view line, long at) { left.emplace(line, at); });
+  const long from = static_cast<long>(there->size());
+  std::string text = from > 0 ? "\n" : "";
   for (const std::string& uri : this->left()) {
     left.emplace(uri, from + static_cast<long>(text.size()));
     text += uri + '\n';

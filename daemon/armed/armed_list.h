@@ -44,6 +44,7 @@ class ArmedList {
   void settle(const std::string& uri);
   /** Takes away all, and what was left. */
   void clear();
+  /** Each once, in the order of the file. */
   [[nodiscard]] std::vector<std::string> left() const;
   [[nodiscard]] bool has(const std::string& uri) const;
 

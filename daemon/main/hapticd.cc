@@ -80,7 +80,8 @@ Result<Sockets> openSockets(const LoadedConfig& loaded) {
  * under systemd hapticd-safe has done it already.
  */
 Result<ArmedList> openArmedList(const std::string& control_socket) {
-  auto list = ArmedList::open(control_socket.substr(0, control_socket.rfind('/') + 1) + "armed");
+  const std::string path = control_socket.substr(0, control_socket.rfind('/') + 1) + "armed";
+  auto list = ArmedList::open(path);
   if (!list && list.error().code == ErrorCode::kDeviceBusy) {
     Error error = list.error();
     error.remedy = "another hapticd has its sockets in this folder: give this one --socket in one of its own";
@@ -92,8 +93,8 @@ Result<ArmedList> openArmedList(const std::string& control_socket) {
       list->settle(device.uri);
       log::warn("was armed when hapticd died, and is made safe: {}", log::printable(device.uri));
     } else {
-      log::error("was armed when hapticd died, and could not be made safe: {}: {}", log::printable(device.uri),
-                 log::printable(device.text));
+      log::error("was armed when hapticd died, and could not be made safe: {}: {} (if it is gone for good: remove {})",
+                 log::printable(device.uri), log::printable(device.text), log::printable(path));
     }
   }
   return list;  // What is not settled stays listed, for hapticd-safe when this daemon ends.

@@ -76,6 +76,11 @@ Result<void> fits(const std::string& path) {
                "choose a shorter one"};
 }
 
+Error noGroup(const std::string& group) {
+  return {ErrorCode::kNotFound, "sockets.group", fmt::format("there is no group '{}'", group),
+          "create it, or leave the key out"};
+}
+
 }  // namespace
 
 Result<void> checkSocketPaths(const std::string& control, const std::string& admin) {
@@ -91,8 +96,7 @@ Result<void> checkSocketPaths(const std::string& control, const std::string& adm
 
 Result<void> checkSocketGroup(const std::string& group) {
   if (group.empty() || getgrnam(group.c_str()) != nullptr) return {};
-  return Error{ErrorCode::kNotFound, "sockets.group", fmt::format("there is no group '{}'", group),
-               "create it, or leave the key out"};
+  return noGroup(group);
 }
 
 ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
@@ -109,8 +113,9 @@ ListenSocket& ListenSocket::operator=(ListenSocket&& other) noexcept {
 
 Result<ListenSocket> ListenSocket::bind(const std::string& path, unsigned mode, const std::string& group) {
   if (group.empty()) return bindFor(path, mode, kAnyGroup);
-  if (auto r = checkSocketGroup(group); !r) return r.error();
-  return bindFor(path, mode, getgrnam(group.c_str())->gr_gid);
+  const struct group* entry = getgrnam(group.c_str());
+  if (entry == nullptr) return noGroup(group);
+  return bindFor(path, mode, entry->gr_gid);
 }
 
 Result<ListenSocket> ListenSocket::bindFor(const std::string& path, unsigned mode, gid_t group) {

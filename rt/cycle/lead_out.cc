@@ -34,7 +34,9 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
     const std::uint32_t slot = entry_[k].model.point[i].body();
     if (!meets(scene, k, slot)) continue;
     const std::uint8_t other = find(slot);
-    add(touchOf(scene, k, i), other != kNone ? objectSlot(entry_[other].object) : slot, other != kNone, false);
+    Touch touch = touchOf(scene, k, i);
+    touch.r_b -= touch.gap * touch.n;  // On the other: both were of this body's point.
+    add(touch, other != kNone ? objectSlot(entry_[other].object) : slot, other != kNone, false);
   }
   for (std::uint8_t other = 0; other < kMaxBodies; ++other) {
     const Entry& its = entry_[other];

@@ -26,7 +26,7 @@ class Drags {
   void add(const Vec3& v, double damping, double most) HD_RT {
     const double full = damping * v.norm();
     const double shown = full > most ? damping * (most / full) : damping;
-    if (count_ == kMaxEffects || !(shown > 0)) return;
+    if (count_ == kMaxEffects || !(shown > 0 && most > 0)) return;  // At rest, too.
     all_[count_++] = {v, shown};
     sum_ += shown;
   }

@@ -61,7 +61,7 @@ struct GuardInput {
   Vec3 carried = Vec3::Zero();
   /** Elastic energy that the passive sources hold now [J]; negative: unknown. */
   double stored = -1;
-  /** Damping of the surface touched and of drags [N s/m]: what the passivity controller adds comes on top of it. */
+  /** What surface, models and drags damp by [N s/m]: what the passivity controller adds comes on top of it. */
   double damping = 0;
 };
 

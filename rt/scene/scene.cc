@@ -383,11 +383,15 @@ void Scene::advance(double dt) HD_RT {
   }
 }
 
-/** In its parent: where its velocity, given or told by the poses before, brings it; no farther than contacts look. */
+/**
+ * In its parent: where its velocity, given or told by the poses before, brings it; no farther than contacts look.
+ * Without a pose, where it comes.
+ */
 Pose Scene::foreseenIn(const SceneObject& object, const Motion& motion, double dt) const HD_RT {
-  if (!motion.pose_set) return object.X_PO;
-  const Twist none, &told = motion.told_for > 0 ? motion.V_told : none;
   const bool driven = !isZero(object.V_PO);
+  if (!motion.pose_set && !driven) return object.X_PO;
+  if (!motion.pose_set) return {object.X_PO.p + dt * object.V_PO.v, rotated(object.X_PO.q, object.V_PO.w, dt)};
+  const Twist none, &told = motion.told_for > 0 ? motion.V_told : none;
   const Twist& V = driven ? object.V_PO : told;
   const double time = driven ? std::min(dt, kPoseHold) : std::min(time_ - motion.pose_time, kMetTime);
   return {motion.X_PO_before.p + time * V.v, rotated(motion.X_PO_before.q, V.w, time)};

@@ -1,6 +1,7 @@
 // A mesh from the client's floats to the hand's touch, and what is refused on the way.
 #include <cstring>
 
+#include "daemon/scene/upload/uploads.h"
 #include "tests/integration/raw_client.h"
 #include "tests/integration/running_daemon.h"
 #include "tests/support/shape/texture_upload.h"
@@ -264,15 +265,18 @@ TEST_F(MeshJourney, WhoLeavesWhileATextureIsCheckedLeavesNothing) {
   }
   // All that a user may have under way is theirs again: every leaver's check has come to its end.
   std::vector<proto::Upload::Client> held;
-  EXPECT_TRUE(loop.until([&] {
-    auto begin = scene.beginUploadRequest();
-    begin.setBytes(bytes.size());
-    auto begun = loop.call(kj::mv(begin));
-    if (good(begun.getStatus())) {
-      held.push_back(begun.getUpload());
-    }
-    return held.size() == 16;
-  })) << held.size();
+  EXPECT_TRUE(loop.until(
+      [&] {
+        auto begin = scene.beginUploadRequest();
+        begin.setBytes(bytes.size());
+        auto begun = loop.call(kj::mv(begin));
+        if (good(begun.getStatus())) {
+          held.push_back(begun.getUpload());
+        }
+        return held.size() == Uploads::kPerUser;
+      },
+      60))
+      << held.size();
   const auto textures = [&] { return loop.call(scene.listTexturesRequest()).getTextures().size(); };
   EXPECT_TRUE(loop.until([&] { return textures() == 0; })) << textures();
   held.clear();

@@ -43,13 +43,12 @@ TEST(RemovedSockets, AreMadeAnewAndWhoIsConnectedStays) {
     for (const std::string& path : {daemon.socket(), daemon.adminSocket()}) std::filesystem::remove(path);
     if (round == 1) std::filesystem::remove(daemon.socket() + ".lock");
     EXPECT_TRUE(std::filesystem::remove(list));
-    EXPECT_FALSE(connects(false));
     EXPECT_TRUE(eventually([&] { return connects(false) && connects(true); })) << daemon.log();
     EXPECT_EQ(mode(daemon.socket()), before);
     EXPECT_TRUE(eventually([&] { return std::filesystem::exists(list); })) << "of armed devices, for hapticd-safe";
   }
   EXPECT_TRUE(first->status()) << "by the connection it had";
-  EXPECT_TRUE(eventually([&] { return descriptors() == open_before; })) << descriptors() << ", not " << open_before;
+  EXPECT_TRUE(eventually([&] { return descriptors() <= open_before; })) << descriptors() << ", not " << open_before;
   EXPECT_NE(daemon.log().find(daemon.socket() + " was removed: it is made anew"), std::string::npos);
   EXPECT_NE(said("timeout 20 " HAPTICD_PROGRAM " --allow-no-rt --socket " + daemon.socket() + " 2>&1")
                 .find("another hapticd (pid " + std::to_string(daemon.pid()) + ") serves this socket"),

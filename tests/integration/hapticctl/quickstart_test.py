@@ -39,7 +39,7 @@ class Quickstart(unittest.TestCase):
         self.directory.cleanup()
 
     def test_draws_what_was_felt(self):
-        done = subprocess.run(self.command, capture_output=True, text=True, env=self.environment, timeout=250, check=False)
+        done = subprocess.run(self.command, capture_output=True, text=True, env=self.environment, timeout=130, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         for word in ("rate", "wake-up", "cycle", "contact", "force", "path", "picture"):
             self.assertIn(f"\n{word} ", done.stdout)
@@ -68,7 +68,7 @@ class Quickstart(unittest.TestCase):
             socket, = pathlib.Path(self.directory.name).glob("hapticd-quickstart.*/control.sock")
             subprocess.run([BUILD / "tools/hapticctl/hapticctl", "stop"], check=True, stdout=subprocess.DEVNULL,
                            env={**self.environment, "HAPTICD_SOCKET": str(socket)})
-            told = run.communicate(timeout=250)[0]
+            told = run.communicate(timeout=130)[0]
             self.assertEqual(run.returncode, 1, told)
             self.assertIn("quickstart: the device was disarmed before the hand was through:\n", told)
             self.assertIn("fault latched: emergency stop", told)

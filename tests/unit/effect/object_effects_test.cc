@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "rt/effect/drags.h"
 #include "rt/geometry/nearest/nearest.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/test_effect.h"
@@ -68,6 +69,14 @@ TEST(ObjectEffects, ADragWithoutForceTakesNothingFromTheOthers) {
     expectForce(t.settled({0, 0, 0}, {0.2, 0, 0}), {-3, 0, 0}, 2e-6);
     EXPECT_NEAR(t.hand.damping(), 15, 2e-5);
   }
+}
+
+// Not at rest either, where it would be strong enough for its damping.
+TEST(ObjectEffects, ADragWithoutForceTakesNothingFromABeltThatMovesAHandAtRest) {
+  Drags drags;
+  drags.add(Vec3::Zero(), 1000, 0);
+  drags.add({-0.1, 0, 0}, 5, 2);
+  expectForce(drags.force(2), {0.2, 0, 0});
 }
 
 TEST(ObjectEffects, FrictionHoldsAndIsThenDraggedAlong) {

@@ -93,6 +93,22 @@ TEST(UnmetStep, AGroupsTurnBringsItsPartsByTheirLevers) {
   }
 }
 
+/** Nor what a part does by a velocity of its own, below a group that is posed. */
+TEST(UnmetStep, APartsOwnVelocityIsForeseenToo) {
+  for (const double ticks : {1.0, 16.0}) {
+    Unmet t;
+    const auto group = t.add(ShapeKind::kGroup, Vec3::Zero());
+    const auto part = t.addBox({0.2, 0, 0}, group);
+    t.pose(part, {Vec3(0.2, 0, 0), Quat::Identity()}, {{3 / ticks, 0, 0}, {0, 0, 80 / ticks}});
+    t.rest();
+    for (int i = 0; i < 20; ++i) {
+      t.pose(group, {});
+      t.scene->advance(ticks * kTick);
+      EXPECT_FALSE(t.isUnmet(part)) << ticks << ", tick " << i;
+    }
+  }
+}
+
 /** What a part's own pose takes back is no step in the world. */
 TEST(UnmetStep, IsOneOfTheWorld) {
   Unmet t;

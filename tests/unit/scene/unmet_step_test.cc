@@ -54,10 +54,10 @@ TEST(UnmetStep, WhatComesAsideOrAgainstItsVelocityIsUnmet) {
       {{{0.0052, 0, 0}, Quat::Identity()}, {{3, 0, 0}, {0, 0, 0}}, true},
       {{{0.0021, 0, 0}, Quat::Identity()}, {}, true},
       {{{0.0019, 0, 0}, Quat::Identity()}, {}, false},
-      {{{}, fromRotationVector({0, 0, 0.0019 / kUnmetRadius})}, {}, false},
-      {{{}, fromRotationVector({0, 0, 0.0021 / kUnmetRadius})}, {}, true},
-      {{{}, fromRotationVector({0, 0, 0.0050 / kUnmetRadius})}, {{0, 0, 0}, {0, 0, 5 / kUnmetRadius}}, false},
-      {{{}, fromRotationVector({0, 0, -0.0021 / kUnmetRadius})}, {{0, 0, 0}, {0, 0, 5 / kUnmetRadius}}, true},
+      {{Vec3::Zero(), fromRotationVector({0, 0, 0.0019 / kUnmetRadius})}, {}, false},
+      {{Vec3::Zero(), fromRotationVector({0, 0, 0.0021 / kUnmetRadius})}, {}, true},
+      {{Vec3::Zero(), fromRotationVector({0, 0, 0.0050 / kUnmetRadius})}, {{0, 0, 0}, {0, 0, 5 / kUnmetRadius}}, false},
+      {{Vec3::Zero(), fromRotationVector({0, 0, -0.0021 / kUnmetRadius})}, {{0, 0, 0}, {0, 0, 5 / kUnmetRadius}}, true},
   };
   int number = 0;
   for (const auto& c : cases) {

@@ -120,7 +120,7 @@ TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
   EXPECT_GT(overlapped, 5);
 }
 
-/** Anything that comes about what a tool presses, in any way and for any time. */
+/** What is made, or brought by a pose, about a body that a tool presses, for any time. */
 TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
   int pressed = 0;
   forSeeds(24, [&](unsigned seed) {
@@ -144,10 +144,10 @@ TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
     house.hold();
     house.aim({random.in(-0.3, 0.3) * half.x(), random.in(-0.3, 0.3) * half.y(), 2 * half.z() + random.in(0, 0.004)});
     house.run(600);
-    const int how = random.below(3);
+    const bool by_pose = random.below(3) == 0;
     const Pose about{place + Vec3(0, 0, deep), Quat::Identity()};
-    scene.add(kSolid, {ShapeKind::kBox, under}, how == 0 ? Pose{{0, 0, -1}, Quat::Identity()} : about, false);
-    if (how == 0) house.send(CommandKind::kObjectPose, poseMessage(kSolid, about));
+    scene.add(kSolid, {ShapeKind::kBox, under}, by_pose ? Pose{{0, 0, -1}, Quat::Identity()} : about, false);
+    if (by_pose) house.send(CommandKind::kObjectPose, poseMessage(kSolid, about));
     const auto goesOn = [&](int ticks) {
       for (int i = 0; i < ticks; ++i) {
         const Vec3 before = scene.body(0).com();

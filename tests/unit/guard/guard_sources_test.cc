@@ -82,8 +82,8 @@ TEST(GuardSources, TheBudgetChargesActiveOnesForTheirShareOfWhatIsSent) {
   EXPECT_NEAR(rig.out.command.force.x(), 4 - 0.5 / 0.5, 1e-9) << "3 N of the client's at 0.5 m/s are 1.5 of 1 W";
 }
 
-/** A body that a client moves in steps, once in 20 ticks, is charged as one that moves steadily. */
-TEST(GuardSources, WhatMovesBodiesIsChargedForTheAverage) {
+/** A hand that yields at 0.1 m/s to a surface's 2 N; what moves bodies may give 1 W. */
+GuardRig pushedAlong() {
   GuardConfig config = unbound();
   config.passivity = false;
   config.limits.active_power = 1;
@@ -91,6 +91,12 @@ TEST(GuardSources, WhatMovesBodiesIsChargedForTheAverage) {
   rig.ask(HD_SOURCE_SURFACE, {2, 0, 0});
   rig.armFully();
   rig.in.velocity.v = {0.1, 0, 0};
+  return rig;
+}
+
+/** A body that a client moves in steps, once in 20 ticks, is charged as one that moves steadily. */
+TEST(GuardSources, WhatMovesBodiesIsChargedForTheAverage) {
+  GuardRig rig = pushedAlong();
   for (int i = 0; i < 2000; ++i) {
     rig.in.carried = {i % 20 == 0 ? 16.0 : 0.0, 0, 0};  // 0.8 W on the average.
     rig.step();
@@ -100,13 +106,7 @@ TEST(GuardSources, WhatMovesBodiesIsChargedForTheAverage) {
 
 /** A tick longer than the average's time is all of it, and no more. */
 TEST(GuardSources, InALongTickWhatMovesBodiesIsChargedOnce) {
-  GuardConfig config = unbound();
-  config.passivity = false;
-  config.limits.active_power = 1;
-  GuardRig rig(config);
-  rig.ask(HD_SOURCE_SURFACE, {2, 0, 0});
-  rig.armFully();
-  rig.in.velocity.v = {0.1, 0, 0};
+  GuardRig rig = pushedAlong();
   rig.in.dt = 2 * Guard::kCarried_s;
   rig.in.carried = {0.8, 0, 0};
   EXPECT_NEAR(rig.step().command.force.x(), 2, 1e-9);

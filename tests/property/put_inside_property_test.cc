@@ -64,8 +64,8 @@ struct PutTogether {
 };
 
 TEST(PutInsideProperty, WhatIsAloneInSomethingComesOutSlowly) {
-  int inside = 0;
-  forSeeds(60, [&](unsigned seed) {
+  unsigned inside = 0;
+  forSeeds(drawn(60), [&](unsigned seed) {
     PutTogether scene(seed);
     const Shape solid = scene.anyShape(0.02, 0.04), body = scene.anyShape(0.003, 0.01);  // It looks out of one side.
     if (body.kind == ShapeKind::kBox) return;  // None of its corners may lean out of the nearest face.
@@ -85,13 +85,13 @@ TEST(PutInsideProperty, WhatIsAloneInSomethingComesOutSlowly) {
     EXPECT_LT(test::depthOf(body, solid, scene.body(0).pose().inverse()), 5e-4)
         << static_cast<int>(body.kind) << " in " << static_cast<int>(solid.kind) << ", it was " << deep << " deep";
   });
-  EXPECT_GT(inside, 20);
+  EXPECT_GT(inside, drawn(60) / 3);
 }
 
 /** Whatever lies about it, near or in it: only what is in something itself is led. */
 TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
-  int led = 0, overlapped = 0;
-  forSeeds(30, [&](unsigned seed) {
+  unsigned led = 0, overlapped = 0;
+  forSeeds(drawn(30), [&](unsigned seed) {
     PutTogether scene(seed);
     const Shape solid = scene.anyShape(0.01, 0.04), body = scene.anyShape(0.003, 0.015);
     const Shape beside = scene.anyShape(0.003, 0.015);
@@ -116,14 +116,14 @@ TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
       EXPECT_LT((scene.body(1).com() - other).norm(), 1e-6);
     }
   });
-  EXPECT_GT(led, 5);
-  EXPECT_GT(overlapped, 5);
+  EXPECT_GT(led, drawn(30) / 6);
+  EXPECT_GT(overlapped, drawn(30) / 6);
 }
 
 /** What is made, or brought by a pose, about a body that a tool presses, for any time. */
 TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
-  int pressed = 0;
-  forSeeds(24, [&](unsigned seed) {
+  unsigned pressed = 0;
+  forSeeds(drawn(24), [&](unsigned seed) {
     PutTogether scene(seed);
     test::ToolHouse& house = *scene.house;
     Random& random = scene.random;
@@ -163,7 +163,7 @@ TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
     goesOn(800);
     EXPECT_NEAR(scene.body(0).com().z(), deep + half.z(), 3 * Tool::kSlop);
   });
-  EXPECT_GT(pressed, 12);
+  EXPECT_GT(pressed, drawn(24) / 2);
 }
 
 /** Each is led by what either knows: the other's way, back. */

@@ -6,6 +6,7 @@
 #include <random>
 #include <utility>
 
+#include "tests/support/seeds.h"
 #include "tests/support/shape/test_surface.h"
 #include "tests/support/stepped/stepped_cycle.h"
 
@@ -93,7 +94,7 @@ TEST(CycleSteps, ATapRingsOnceAsHardAsItCame) {
   std::uniform_real_distribution<double> any(-1, 1);
   for (const double period : kPeriods) {
     for (const double step : kSteps) {
-      for (int run = 0; run < 300; ++run) {
+      for (unsigned run = 0; run < drawn(300); ++run) {
         Hand hand(step, period, random);
         const double hz = 3 + 2 * any(random), height = 0.004 + 0.003 * any(random),
                      middle = 0.7 * height * any(random);

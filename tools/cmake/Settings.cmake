@@ -84,7 +84,7 @@ endfunction()
 function(hapticd_unity target)
   cmake_parse_arguments(PARSE_ARGV 1 of "" EXCEPT "")
   if(HAPTICD_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
     # An unnamed namespace is not that of a header.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
     if(of_EXCEPT)

@@ -14,7 +14,7 @@ constexpr std::size_t kWidth = 80;  // Of a terminal.
 constexpr double kWide = 0.1;       // Of a median: an interval that is told.
 
 /** A quantity: its name, its unit, and a text for each contender. */
-struct Column {
+struct TextColumn {
   std::string name, unit;
   std::vector<std::string> texts;
 
@@ -33,12 +33,12 @@ std::string medianText(const Series& s, bool& wide) {
 }
 
 /** In the order of the first that has it. */
-std::vector<Column> columnsOf(const std::vector<Contender>& all, bool& wide) {
-  std::vector<Column> columns;
+std::vector<TextColumn> columnsOf(const std::vector<Contender>& all, bool& wide) {
+  std::vector<TextColumn> columns;
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (const Series& s : all[i].series) {
       const std::string name = s.name.substr(all[i].name.size() + 1);
-      auto at = std::find_if(columns.begin(), columns.end(), [&](const Column& c) { return c.name == name; });
+      auto at = std::find_if(columns.begin(), columns.end(), [&](const TextColumn& c) { return c.name == name; });
       if (at == columns.end()) at = columns.insert(at, {name, s.unit, std::vector<std::string>(all.size(), "- ")});
       at->texts[i] = medianText(s, wide);
     }
@@ -57,7 +57,7 @@ void printSideBySide(const Common& common, const std::string& benchmark, const s
   }
   for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
   bool wide = false;
-  const std::vector<Column> columns = columnsOf(all, wide);
+  const std::vector<TextColumn> columns = columnsOf(all, wide);
   std::size_t names = 0;
   for (const Contender& one : all) names = std::max(names, one.name.size());
   fmt::print("\n{}\n", benchmark);
@@ -71,9 +71,9 @@ void printSideBySide(const Common& common, const std::string& benchmark, const s
       fmt::print("{}\n", text.substr(0, text.find_last_not_of(' ') + 1));
     };
     fmt::print("\n");
-    line("", [](const Column& c) { return c.name + ' '; });
-    line("", [](const Column& c) { return c.unit + ' '; });
-    for (std::size_t i = 0; i < all.size(); ++i) line(all[i].name, [i](const Column& c) { return c.texts[i]; });
+    line("", [](const TextColumn& c) { return c.name + ' '; });
+    line("", [](const TextColumn& c) { return c.unit + ' '; });
+    for (std::size_t i = 0; i < all.size(); ++i) line(all[i].name, [i](const TextColumn& c) { return c.texts[i]; });
   }
   std::size_t rounds = 0;
   for (const Series& s : all.front().series) rounds = std::max(rounds, s.rounds.size());

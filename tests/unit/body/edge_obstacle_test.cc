@@ -40,20 +40,20 @@ double gapOf(const Shape& one, const Pose& X_1, const Shape& other, const Pose& 
   return least;
 }
 
-struct Crossing {
+struct ToolOnEdge {
   const char* name;
   Shape tool, obstacle;
   Vec3 tool_turn, obstacle_turn;
   double top;  ///< Of the obstacle above its middle [m].
 };
 
-void PrintTo(const Crossing& crossing, std::ostream* out) { *out << crossing.name; }
+void PrintTo(const ToolOnEdge& crossing, std::ostream* out) { *out << crossing.name; }
 
-class EdgeObstacles : public ::testing::TestWithParam<Crossing> {};
+class EdgeObstacles : public ::testing::TestWithParam<ToolOnEdge> {};
 
 /** A tool that is pressed on it lies still, no deeper than it is let be. */
 TEST_P(EdgeObstacles, CarryAToolBetweenItsPoints) {
-  const Crossing& crossing = GetParam();
+  const ToolOnEdge& crossing = GetParam();
   for (int meshes = 0; meshes < 4; ++meshes) {
     const bool mesh = (meshes & 1) != 0, on_mesh = (meshes & 2) != 0;
     if (mesh && crossing.tool.kind != ShapeKind::kBox) continue;
@@ -100,19 +100,19 @@ const double kEighth = EIGEN_PI / 4;
 
 INSTANTIATE_TEST_SUITE_P(
     Lies, EdgeObstacles,
-    ::testing::Values(Crossing{"SlabOnCube", kSlab, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
-                      Crossing{"TiltedSlabOnCube", kSlab, kCube, {0.1, 0.15, 0}, {0, 0, 0}, 0.003},
-                      Crossing{"SlabOnPeg", kSlab, kPeg, {0, 0, 0.3}, {0, 0, 0}, 0.01},
-                      Crossing{"TiltedSlabOnPeg", kSlab, kPeg, {0.2, 0.1, 0.3}, {0, 0, 0}, 0.01},
-                      Crossing{"SlabOnCorner", kSlab, kCube, {0, 0, 0}, {0.6155, kEighth, 0}, 0.0052},
-                      Crossing{"SlabOnRidge", kSlab, kBar, {0, 0, 0.4}, {kEighth, 0, 0}, 0.00566},
-                      Crossing{"EdgeAcrossRidge", kBeam, kBar, {0, kEighth, 0.3}, {kEighth, 0, 0}, 0.00566},
-                      Crossing{"DrumOnCube", kDrum, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
-                      Crossing{"DrumOnPeg", kDrum, kPeg, {0.1, 0, 0}, {0, 0, 0}, 0.01},
-                      Crossing{"RimAcrossRidge", kDrum, kBar, {0.1, 1.1, 0.1}, {kEighth, 0, 0}, 0.00566},
-                      Crossing{"SteepRimAcrossRidge", kDrum, kBar, {0.15, 1.4, 0.1}, {kEighth, 0, 0}, 0.00566},
-                      Crossing{"MantleAcrossRidge", kRoll, kBar, {-0.664, 1.424, 0}, {kEighth, 0, 0}, 0.00566},
-                      Crossing{"MantleOnCorner", kRoll, kCube, {-0.664, 1.424, 0}, {0.6155, kEighth, 0}, 0.0052}),
+    ::testing::Values(ToolOnEdge{"SlabOnCube", kSlab, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
+                      ToolOnEdge{"TiltedSlabOnCube", kSlab, kCube, {0.1, 0.15, 0}, {0, 0, 0}, 0.003},
+                      ToolOnEdge{"SlabOnPeg", kSlab, kPeg, {0, 0, 0.3}, {0, 0, 0}, 0.01},
+                      ToolOnEdge{"TiltedSlabOnPeg", kSlab, kPeg, {0.2, 0.1, 0.3}, {0, 0, 0}, 0.01},
+                      ToolOnEdge{"SlabOnCorner", kSlab, kCube, {0, 0, 0}, {0.6155, kEighth, 0}, 0.0052},
+                      ToolOnEdge{"SlabOnRidge", kSlab, kBar, {0, 0, 0.4}, {kEighth, 0, 0}, 0.00566},
+                      ToolOnEdge{"EdgeAcrossRidge", kBeam, kBar, {0, kEighth, 0.3}, {kEighth, 0, 0}, 0.00566},
+                      ToolOnEdge{"DrumOnCube", kDrum, kCube, {0, 0, 0}, {0, 0, 0}, 0.003},
+                      ToolOnEdge{"DrumOnPeg", kDrum, kPeg, {0.1, 0, 0}, {0, 0, 0}, 0.01},
+                      ToolOnEdge{"RimAcrossRidge", kDrum, kBar, {0.1, 1.1, 0.1}, {kEighth, 0, 0}, 0.00566},
+                      ToolOnEdge{"SteepRimAcrossRidge", kDrum, kBar, {0.15, 1.4, 0.1}, {kEighth, 0, 0}, 0.00566},
+                      ToolOnEdge{"MantleAcrossRidge", kRoll, kBar, {-0.664, 1.424, 0}, {kEighth, 0, 0}, 0.00566},
+                      ToolOnEdge{"MantleOnCorner", kRoll, kCube, {-0.664, 1.424, 0}, {0.6155, kEighth, 0}, 0.0052}),
     [](const auto& crossing) { return crossing.param.name; });
 
 /** A rim that comes out of the tool's face at its border may go in again not far on, where its corner is. */

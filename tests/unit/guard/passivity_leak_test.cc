@@ -9,7 +9,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kDt = 1e-3;
+constexpr double kPeriod = 1e-3;
 
 GuardConfig wide(double delay = 0) {
   GuardConfig config = rigConfig();
@@ -63,7 +63,7 @@ void expectLeak(double delay, Leaked leaked) {
     if (i > 0) owed += leaked(kStiffness, depth);
     const double taken = path.step(d);
     const double moved = i > 0 ? depth[i] - depth[i - 1] : 0, before = i > 1 ? depth[i - 1] - depth[i - 2] : 0;
-    const double v = (moved + (delay + 1) * (moved - before)) / kDt;  // BuzzVelocity, where there are no steps
+    const double v = (moved + (delay + 1) * (moved - before)) / kPeriod;  // BuzzVelocity, where there are no steps
     if (owed <= Passivity::kLeakZone) {
       ASSERT_NEAR(taken, 0, 1e-9) << i;
       continue;
@@ -112,10 +112,10 @@ TEST(PassivityLeak, AWallThatIsMovedWithoutSayingSoLeaksLittle) {
 TEST(PassivityLeak, DampingNeverMakesASurfacePull) {
   Passivity p(1000);
   p.follow(1);
-  const Vec3 out = p.control({2, 0, 0}, Vec3::Zero(), {0.5, 3, 0}, Vec3::Zero(), kDt);
+  const Vec3 out = p.control({2, 0, 0}, Vec3::Zero(), {0.5, 3, 0}, Vec3::Zero(), kPeriod);
   EXPECT_TRUE(p.acting());
   EXPECT_EQ(out, Vec3(0, 0, 0)) << "500 N of damping on the way out only take the force away";
-  const Vec3 in = p.control({2, 0, 0}, Vec3::Zero(), {-0.01, 3, 0}, Vec3::Zero(), kDt);
+  const Vec3 in = p.control({2, 0, 0}, Vec3::Zero(), {-0.01, 3, 0}, Vec3::Zero(), kPeriod);
   EXPECT_NEAR(in.x(), 12, 1e-12);
   EXPECT_EQ(in.y(), 0) << "along the force alone: sliding is free";
 }

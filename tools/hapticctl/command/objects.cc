@@ -16,7 +16,7 @@ const char* shapeName(std::uint32_t kind) {
   return kind < std::size(kNames) ? kNames[kind] : "unknown";
 }
 
-Json toJson(const haptic_object_state& o) {
+Json objectToJson(const haptic_object_state& o) {
   const haptic_material& m = o.object->material;
   return {{"name", o.object->name},
           {"path", o.path},
@@ -26,8 +26,8 @@ Json toJson(const haptic_object_state& o) {
           {"size", o.object->shape.size},
           {"mesh", o.object->shape.mesh},
           {"triangles", o.triangles},
-          {"pose", hapticctl::toJson(o.object->pose)},
-          {"world_pose", hapticctl::toJson(o.world_pose)},
+          {"pose", toJson(o.object->pose)},
+          {"world_pose", toJson(o.world_pose)},
           {"material",
            {{"stiffness", m.stiffness},
             {"damping", m.damping},
@@ -48,7 +48,7 @@ void addObjects(CLI::App& app, Action& chosen) {
     const auto objects = daemon.ask<haptic_object_list>(haptic_object_list_all);
     if (globals.json) {
       Json all = Json::array();
-      for (std::uint32_t i = 0; i < objects->count; ++i) all.push_back(toJson(*objects->items[i]));
+      for (std::uint32_t i = 0; i < objects->count; ++i) all.push_back(objectToJson(*objects->items[i]));
       putJson(all);
       return kExitOk;
     }

@@ -13,9 +13,9 @@ constexpr double kAbove = 2;    // Times as high as need be: what stands beside 
 constexpr double kMaxLift = 2;  // Of the straight way: more is rounding, where edges nearly coincide.
 constexpr int kMaxLeads = 2;    // In a tick: what keeps standing in the way is gone along step by step.
 
-/** Whether x, seen along the plane's normal, is on the inner side of the edges from a to b and from b to c. */
-bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const HalfSpace& plane, const Vec3& x) HD_RT {
-  return (b - a).cross(x - a).dot(plane.normal) >= 0 && (c - b).cross(x - b).dot(plane.normal) >= 0;
+/** Whether x, seen along the normal, is on the inner side of the edges from a to b and from b to c. */
+bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, const Vec3& x) HD_RT {
+  return (b - a).cross(x - a).dot(normal) >= 0 && (c - b).cross(x - b).dot(normal) >= 0;
 }
 
 /**
@@ -39,18 +39,30 @@ std::uint32_t nearerNeighbour(const SeenFace& f, const Vec3& hip, double depth) 
   return nearest;
 }
 
+/** Of a face on the way, raised by radius and skin. Not set before it is used: most ways are short. */
+struct WalkedPlane {
+  Vec3 normal;
+  double offset;
+
+  [[nodiscard]] double height(const Vec3& x) const HD_RT { return normal.dot(x) - offset; }
+  [[nodiscard]] HalfSpace halfSpace() const HD_RT { return {normal, offset}; }
+};
+
+/** Of a walk. A fast hand goes over some twenty a tick of a fine mesh; where a walk is broken off friction leads the
+ * next one a little aside. */
+constexpr int kMaxFaces = 32;
+
 /** From face to face toward the hip, in the mesh's frame. */
 struct Walk {
   const MeshView& mesh;
   Vec3 hip;
-  double radius;              ///< Of the ball,
-  double skin;                ///< and how far it stays above.
-  double friction;            ///< The dynamic coefficient of a proxy that slips, 0 of one without friction.
+  double radius;    ///< Of the ball,
+  double skin;      ///< and how far it stays above.
+  double friction;  ///< The dynamic coefficient of a proxy that slips, 0 of one without friction.
+  WalkedPlane (&face)[kMaxFaces];
   Vec3 eased = Vec3::Zero();  ///< As followFaces() has it.
   Vec3 proxy = Vec3::Zero();  ///< For friction only.
 
-  static constexpr int kMaxFaces = 6;
-  HalfSpace face[kMaxFaces] = {};  ///< Raised by radius and skin.
   int count = 0;
   std::uint32_t triangle = HD_NO_INDEX, before = HD_NO_INDEX;  ///< The last two of them.
   Vec3 end = Vec3::Zero();  ///< Where the proxy will come to lie: on both if in a hollow, else above the last one.
@@ -60,12 +72,12 @@ struct Walk {
   bool toEnd(std::uint32_t first) HD_RT;
 
  private:
-  bool seekOn(const HalfSpace& plane) HD_RT;
+  bool seekOn(const WalkedPlane& plane) HD_RT;
   [[nodiscard]] bool seekInHollow(const SeenFace& f, int k) HD_RT;
 };
 
 /** Where on the face's plane the proxy would come to rest: seen along its normal. False: it is held where it is. */
-bool Walk::seekOn(const HalfSpace& plane) HD_RT {
+bool Walk::seekOn(const WalkedPlane& plane) HD_RT {
   end = hip;
   if (friction == 0) return true;
   const Vec3 away = proxy - hip, lag = away - plane.normal.dot(away) * plane.normal;
@@ -79,10 +91,10 @@ bool Walk::seekOn(const HalfSpace& plane) HD_RT {
 /** Over edge k back to the face before: the end lies in the hollow of the two, if there is one. */
 bool Walk::seekInHollow(const SeenFace& f, int k) HD_RT {
   const Vec3 &from = f.v[k], &to = f.v[(k + 1) % 3], &third = f.v[(k + 2) % 3];
-  const HalfSpace &here = face[count - 1], &there = face[count - 2];
+  const HalfSpace here = face[count - 1].halfSpace(), there = face[count - 2].halfSpace();
   const Vec3 beyond = oppositeCorner(mesh, before, triangle);
   if (!(friction == 0 && here.normal.dot(beyond - from) > 0 && nearestInHollow(there, here, hip, end))) return false;
-  in_hollow = covers(to, third, from, here, end) && covers(from, beyond, to, there, end);
+  in_hollow = covers(to, third, from, here.normal, end) && covers(from, beyond, to, there.normal, end);
   hollow_ends = !in_hollow;
   return in_hollow;
 }
@@ -92,7 +104,7 @@ bool Walk::toEnd(std::uint32_t first) HD_RT {
   for (triangle = first;;) {
     SeenFace f(mesh, triangle);
     if (f.isNeedle()) return false;
-    HalfSpace& plane = face[count++];
+    WalkedPlane& plane = face[count++];
     plane.normal = f.up / std::sqrt(f.up2);
     plane.offset = plane.normal.dot(f.v[0]) + radius + skin;
     if (!seekOn(plane)) return false;
@@ -124,7 +136,7 @@ enum class Lead : std::uint8_t { kNone, kStraight, kOver };
  * these points, its second half falls no less steeply. (What else stands there stops the sweep.) None where the faces
  * turn too far.
  */
-Lead leadOver(const HalfSpace* face, int count, double tiny, const Vec3& at, const Vec3& end, Vec3& over) HD_RT {
+Lead leadOver(const WalkedPlane* face, int count, double tiny, const Vec3& at, const Vec3& end, Vec3& over) HD_RT {
   const Vec3 up = face[0].normal + face[count - 1].normal;
   double rise = 0, fall = 0, before_at = 0, before_end = 0;
   for (int i = 0; i < count; ++i) {
@@ -170,7 +182,8 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) != 0 ||
       object.shape.mesh->neighbours == nullptr)
     return false;
-  Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, friction};
+  WalkedPlane faces[kMaxFaces];
+  Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, friction, faces};
   if (friction > 0) {
     walk.proxy = object.toLocal(at_W);
     walk.eased = object.R_WO.transpose() * eased;
@@ -180,12 +193,12 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
     Vec3 beyond;
     if (c.kind == FeatureKind::kEdge) first = faceBeyondEdge(walk.mesh, c.feature, c.corner, walk.hip, beyond);
     if (c.kind != FeatureKind::kEdge || first == HD_NO_INDEX) return false;
-    HalfSpace& here = walk.face[walk.count++];
+    WalkedPlane& here = walk.face[walk.count++];
     here.normal = object.R_WO.transpose() * c.surface.normal;
     here.offset = c.surface.offset - c.surface.normal.dot(object.X_WO.p) + c.skin;
   }
   const auto lowest = [&](int back) {  // The last of the faces, or the one before.
-    const HalfSpace& plane = walk.face[walk.count - 1 - back];
+    const WalkedPlane& plane = walk.face[walk.count - 1 - back];
     return MeshPlane{back == 0 ? walk.triangle : walk.before, {plane.normal, plane.offset - c.skin}};
   };
   if (!walk.toEnd(first)) {
@@ -197,7 +210,7 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
     plan.lands = true;
     return true;
   }
-  const HalfSpace& last = walk.face[walk.count - 1];
+  const WalkedPlane& last = walk.face[walk.count - 1];
   if (step.plain || !(last.height(walk.hip) < -2 * c.skin) || ++step.leads > kMaxLeads) return false;
   const Vec3 end = walk.in_hollow ? walk.end : Vec3(walk.end - last.height(walk.end) * last.normal);
   const Vec3 at = object.toLocal(at_W);

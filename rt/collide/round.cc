@@ -187,6 +187,7 @@ NearestResult meetBall(const RoundBody& a, const RoundBody& b, const Vec3& cente
 
 void rollTo(const RoundBody& a, std::uint32_t feature, const RoundBody& b, const Vec3& com_W, const Vec3& w_B,
             Touch& touch) HD_RT {
+  if (feature == kWayOut) return;
   if (feature >= kFirstEdge && a.shape.kind != ShapeKind::kSphere) {
     if (isAboutAxis(a.shape)) meetMantleAgain(a, feature, b, com_W, w_B, touch);
     return;

@@ -446,6 +446,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   }
   dropToldTwice(held);
   dropHidden(held, all);
+  for (std::uint32_t k = 0; held.put && k < held.count; ++k) tryWayOut(k, held, all);
   carryOver(held, margin, model);
   remember(held);
 

@@ -167,6 +167,8 @@ class SceneContacts {
   /** The tool's surface against ridges and peaks of a mesh, but for those of which the tool's points tell as much. */
   void tryRidges(std::uint32_t k, const CollideRequest::Held& held, Purse& purse) HD_RT;
   struct RidgeSearch;
+  /** One contact for all of the tool, where that and obstacle k are deep in each other, solids both. */
+  void tryWayOut(std::uint32_t k, const CollideRequest::Held& held, Purse& purse) HD_RT;
   /** Whether a point of the tool is on the side of a sheet that its triangles do not look to. */
   [[nodiscard]] bool isBehind(const CollideRequest::Obstacle& sheet) const HD_RT;
   /** Of what is found too many the deepest stay, of each side that something touches on: see keep(). */

@@ -109,6 +109,8 @@ class FreeBodies {
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
   // Out of what it was put into (lead_out.cc).
+  /** What a plane knows of what it touches: a point; all of it, or of the box about it (kWayOut). */
+  enum class Knows : std::uint8_t { kPoint, kWhole, kBox };
   /** Touches of one body. */
   struct Near {
     static constexpr std::uint32_t kMost = 32;
@@ -117,11 +119,12 @@ class FreeBodies {
     std::array<std::uint32_t, kMost> slot;  ///< What is touched.
     std::array<bool, kMost> moves;          ///< It is a body, too,
     std::array<bool, kMost> mine;           ///< which found it: the plane is of this body.
+    std::array<Knows, kMost> knows;
   };
   enum class Way : std::uint8_t { kNone, kBarred, kOut };  ///< It overlaps nothing; something is in the way.
   static void leadAnew(Entry& entry) HD_RT;
   void findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT;
-  [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Touch& out) HD_RT;
+  [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out) HD_RT;
   void leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT;
   /** How many touches each body may have, so that all together have room. */
   [[nodiscard]] std::uint32_t fairShare(const Scene& scene) const HD_RT;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <utility>
 
+#include "rt/collide/feature.h"
 #include "rt/cycle/free_bodies.h"
 #include "rt/cycle/obstacles.h"
 
@@ -24,11 +25,18 @@ void FreeBodies::leadAnew(Entry& entry) HD_RT {
 
 /** What body k touches as it knows itself, and what other bodies know of it: either finds the other. */
 void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT {
-  const auto add = [&](const Touch& touch, std::uint32_t slot, bool moves, bool mine) HD_RT {
+  const auto add = [&](const Touch& touch, std::uint32_t slot, bool moves, bool mine, Knows knows) HD_RT {
     near.touch[near.count] = touch;
+    near.knows[near.count] = knows;
     near.mine[near.count] = mine;
     near.slot[near.count] = slot;
     near.moves[near.count++] = moves;
+  };
+  const auto isMesh = [&](std::uint32_t slot) HD_RT { return scene.slot(slot).shape.kind == ShapeKind::kMesh; };
+  const auto knows = [&](const Entry& finder, std::uint32_t i) HD_RT {
+    const ContactModel::Point& point = finder.model.point[i];
+    if (point.feature() != kWayOut) return Knows::kPoint;
+    return isMesh(objectSlot(finder.object)) || isMesh(point.body()) ? Knows::kBox : Knows::kWhole;
   };
   for (std::uint32_t i = 0; i < entry_[k].model.count && near.count < Near::kMost; ++i) {
     const std::uint32_t slot = entry_[k].model.point[i].body();
@@ -36,7 +44,7 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
     const std::uint8_t other = find(slot);
     Touch touch = touchOf(scene, k, i);
     touch.r_b -= touch.gap * touch.n;  // On the other: both were of this body's point.
-    add(touch, other != kNone ? objectSlot(entry_[other].object) : slot, other != kNone, false);
+    add(touch, other != kNone ? objectSlot(entry_[other].object) : slot, other != kNone, false, knows(entry_[k], i));
   }
   for (std::uint8_t other = 0; other < kMaxBodies; ++other) {
     const Entry& its = entry_[other];
@@ -48,17 +56,17 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
       std::swap(touch.r_a, touch.r_b);
       touch.n = -touch.n;
       touch.r_a += touch.gap * touch.n;  // On this body: both were of the other's point.
-      add(touch, objectSlot(its.object), true, true);
+      add(touch, objectSlot(its.object), true, true, knows(its, i));
     }
   }
 }
 
 /**
  * The least way out of each thing that it overlaps: along one of the planes that it touches it by, until no point that
- * is known to be in there is below that plane. Of several things the one that takes the longest, and once it goes one
- * way none that leads back.
+ * is known to be in there is below that plane; where all of both is known, by that alone, and of a mesh's box as `most`
+ * says. Of several things the one that takes the longest, and once it goes one way none that leads back.
  */
-FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, double dt, Touch& out) HD_RT {
+FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out) HD_RT {
   const bool begun = !entry.way.isZero(0);
   // Load presses bodies into each other, too, in the first ticks of a pile.
   const auto overlaps = [&](std::uint32_t i) HD_RT {
@@ -70,12 +78,22 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
     return -of.gap + (near.mine[plane] ? of.n.dot(at.r_b - of.r_b) : of.n.dot(of.r_a - at.r_a));
   };
   const auto wayAlong = [&](std::uint32_t i) HD_RT {
-    double most = -near.touch[i].gap;
+    double way = -near.touch[i].gap;
     for (std::uint32_t j = 0; j < near.count; ++j) {
-      if (near.slot[j] == near.slot[i] && near.touch[j].gap < 0) most = std::max(most, below(i, j));
+      const bool in_there = near.knows[j] == Knows::kPoint && near.slot[j] == near.slot[i] && near.touch[j].gap < 0;
+      if (in_there) way = std::max(way, below(i, j));
     }
-    return most;
+    return way;
   };
+  // Of what is known as a whole points tell nothing more.
+  std::array<bool, Near::kMost> counts;
+  for (std::uint32_t i = 0; i < near.count; ++i) {
+    Knows best = Knows::kPoint;
+    for (std::uint32_t j = 0; j < near.count; ++j) {
+      if (near.slot[j] == near.slot[i] && near.knows[j] <= most) best = std::max(best, near.knows[j]);
+    }
+    counts[i] = near.knows[i] == best;
+  }
   struct Best {
     std::uint32_t plane = Near::kMost;
     double way = std::numeric_limits<double>::infinity();
@@ -83,7 +101,7 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   };
   std::array<Best, Near::kMost> best;  // Of each thing, by its first touch.
   for (std::uint32_t i = 0; i < near.count; ++i) {
-    if (!overlaps(i)) continue;
+    if (!overlaps(i) || !counts[i]) continue;
     const auto its =
         static_cast<std::size_t>(std::find(near.slot.begin(), near.slot.begin() + i, near.slot[i]) - near.slot.begin());
     const Best now{i, wayAlong(i), begun && near.touch[i].n.dot(entry.way) > kOnward};
@@ -103,7 +121,8 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   const double next = kTouching + 2 * dt * Tool::kRecoverSpeed;
   for (std::uint32_t j = 0; j < near.count; ++j) {
     const Touch& touch = near.touch[j];
-    const bool behind = near.slot[j] == near.slot[chosen] && below(chosen, j) >= 0;
+    const bool behind = near.slot[j] == near.slot[chosen] &&
+                        (std::max(near.knows[chosen], near.knows[j]) > Knows::kPoint || below(chosen, j) >= 0);
     const double from = near.moves[j] ? next : kTouching;
     if (!behind && touch.gap < from && touch.n.dot(out.n) < -kAgainst) return Way::kBarred;
   }
@@ -129,7 +148,10 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   Near near;
   findNear(scene, k, near);
   Touch overlap;
-  const Way way = findWayOut(entry, near, dt, overlap);
+  Way way = findWayOut(entry, near, dt, Knows::kWhole, overlap);
+  const auto known_to = near.knows.begin() + near.count;
+  const bool box = std::find(near.knows.begin(), known_to, Knows::kBox) != known_to;
+  if (way != Way::kOut && box) way = findWayOut(entry, near, dt, Knows::kBox, overlap);
   if (way == Way::kNone) {
     entry.leading = 0;
     entry.way.setZero();

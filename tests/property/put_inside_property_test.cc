@@ -5,11 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
+#include <vector>
 
 #include "tests/support/for_seeds.h"
+#include "tests/support/shape/overlap.h"
 #include "tests/support/shape/signed_gap.h"
+#include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/tool_house.h"
 #include "tests/support/stepped/wandering_tool.h"
 
@@ -33,6 +37,12 @@ struct PutTogether {
   void add(std::uint32_t id, const Shape& shape, const Pose& X, bool moves) {
     AddObject order = test::object(id, shape.kind, shape.size, X.p);
     store(X.q, order.q);
+    if (shape.kind == ShapeKind::kMesh) {
+      test::TestMesh& mesh = *meshes.emplace_back(std::make_unique<test::TestMesh>(test::boxMesh(shape.size)));
+      mesh.flags = HD_MESH_CLOSED;
+      order.shape.mesh = static_cast<std::uint32_t>(meshes.size());
+      house->meshes.publish(order.shape.mesh, mesh.view());
+    }
     house->send(CommandKind::kAddObject, order);
     if (!moves) return;
     SetBody body{};
@@ -60,6 +70,7 @@ struct PutTogether {
   [[nodiscard]] const RigidBody& body(std::uint8_t k) const { return house->servo->cycle().bodies().body(k).body; }
 
   Random random;
+  std::vector<std::unique_ptr<test::TestMesh>> meshes;
   std::unique_ptr<test::ToolHouse> house;
 };
 
@@ -68,7 +79,6 @@ TEST(PutInsideProperty, WhatIsAloneInSomethingComesOutSlowly) {
   forSeeds(drawn(60), [&](unsigned seed) {
     PutTogether scene(seed);
     const Shape solid = scene.anyShape(0.02, 0.04), body = scene.anyShape(0.003, 0.01);  // It looks out of one side.
-    if (body.kind == ShapeKind::kBox) return;  // None of its corners may lean out of the nearest face.
     const Pose X{scene.random.vector(0.02), scene.random.turn()};
     const double deep = test::depthOf(body, solid, X.inverse());
     scene.meet(solid, body, X);
@@ -86,6 +96,56 @@ TEST(PutInsideProperty, WhatIsAloneInSomethingComesOutSlowly) {
         << static_cast<int>(body.kind) << " in " << static_cast<int>(solid.kind) << ", it was " << deep << " deep";
   });
   EXPECT_GT(inside, drawn(60) / 3);
+}
+
+/** Two of one size, plates that cross, or any; of every pair of kinds, as deep as may be, one of them standing or not.
+ */
+TEST(PutInsideProperty, WhateverIsMadeInEachOtherComesApart) {
+  constexpr ShapeKind kKinds[] = {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kCapsule, ShapeKind::kSphere,
+                                  ShapeKind::kMesh};
+  enum Family : std::uint8_t { kSamePlace, kAlike, kPlates, kAny };
+  constexpr int kTicks = 1500;
+  unsigned inside = 0;
+  forSeeds(drawn(50), [&](unsigned seed) {
+    PutTogether scene(seed);
+    Random& random = scene.random;
+    const auto family = static_cast<Family>(random.below(4));
+    Shape first{kKinds[seed % 5], {random.in(0.004, 0.02), random.in(0.004, 0.02), random.in(0.004, 0.02)}};
+    Shape second{kKinds[seed / 5 % 5], first.size};
+    if (family == kAny) second.size = {random.in(0.004, 0.02), random.in(0.004, 0.02), random.in(0.004, 0.02)};
+    for (Shape* shape : {&first, &second}) {
+      if (family == kPlates) shape->size[shape->kind == ShapeKind::kCylinder ? 1 : 2] = random.in(0.0005, 0.002);
+    }
+    Pose X_first, X_second;
+    if (family != kSamePlace) {
+      X_first.q = random.turn();
+      X_second = {random.vector(0.003), random.turn()};
+    }
+    const double deep = test::overlapOf(first, X_first, second, X_second);
+    inside += deep > 1e-3;
+    const bool stands = random.once(3), turned = random.once(2);
+    scene.add(turned ? kInside : kSolid, first, X_first, !stands);
+    scene.add(turned ? kSolid : kInside, second, X_second, true);
+    scene.house->run(1);
+    const std::uint8_t count = stands ? 1 : 2;
+    const auto overlap = [&] {
+      return test::overlapOf(first, stands ? X_first : scene.body(0).pose(), second, scene.body(count - 1).pose());
+    };
+    for (int i = 0; i < kTicks && (i % 100 > 0 || overlap() > 1e-4); ++i) {
+      std::array<Pose, 2> before;
+      for (std::uint8_t k = 0; k < count; ++k) before[k] = scene.body(k).pose();
+      scene.house->run(1);
+      for (std::uint8_t k = 0; k < count; ++k) {
+        const Pose after = scene.body(k).pose();
+        ASSERT_LE((after.p - before[k].p).norm(), 1.01 * Tool::kRecoverSpeed * kLedTick) << "tick " << i;
+        ASSERT_LT(after.q.angularDistance(before[k].q), 1e-6) << "tick " << i;
+        ASSERT_LT(scene.body(k).twist().v.norm(), 1e-6) << "tick " << i;
+      }
+    }
+    EXPECT_LT(overlap(), 3e-4) << static_cast<int>(first.kind) << " and " << static_cast<int>(second.kind)
+                               << ", family " << static_cast<int>(family) << ", they were " << deep << " in each other";
+  });
+  EXPECT_GT(inside, drawn(50) * 3 / 4);
 }
 
 /** Whatever lies about it, near or in it: only what is in something itself is led. */

@@ -1,0 +1,93 @@
+/** @file
+ * Two solids in each other, of any kind: what parts them, and a point within both, against a search in all directions.
+ */
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "rt/collide/overlap.h"
+#include "tests/support/for_seeds.h"
+#include "tests/support/random.h"
+#include "tests/support/shape/overlap.h"
+#include "tests/support/shape/test_mesh.h"
+
+namespace hapticd {
+namespace {
+
+constexpr std::uint32_t kMeshWork = 100'000;  ///< Ample.
+
+/** Two solids that are near to each other. */
+struct NearPair {
+  explicit NearPair(Random& random) {
+    constexpr ShapeKind kKinds[] = {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kCapsule, ShapeKind::kSphere,
+                                    ShapeKind::kMesh};
+    const bool thin = random.once(3);
+    for (std::size_t i = 0; i < 2; ++i) {
+      Shape& s = shape[i];
+      s = {kKinds[random.below(5)], {random.in(0.004, 0.02), random.in(0.004, 0.02), random.in(0.004, 0.02)}};
+      if (thin) s.size[s.kind == ShapeKind::kCylinder ? 1 : 2] = random.in(0.0005, 0.002);
+      mesh[i] = test::boxMesh(s.size);
+      mesh[i].flags = HD_MESH_CLOSED;
+      s.mesh = mesh[i].view();
+      X[i] = {random.vector(i == 0 ? 0.1 : 0.02), random.turn()};
+    }
+    X[1].p += X[0].p;
+  }
+  [[nodiscard]] Solid solid(std::size_t i) const { return {shape[i], X[i]}; }
+  [[nodiscard]] double overlap() const { return test::overlapOf(shape[0], X[0], shape[1], X[1]); }
+
+  std::array<Shape, 2> shape;
+  std::array<test::TestMesh, 2> mesh;
+  std::array<Pose, 2> X;
+};
+
+TEST(OverlapProperty, TheWayPartsThemAndIsNearlyTheLeast) {
+  int longer = 0, looked = 0;
+  forSeeds(300, [&](unsigned seed) {
+    Random random(seed);
+    const NearPair pair(random);
+    const double least = pair.overlap();
+    const Parting parting = leastParting(pair.solid(0), pair.solid(1));
+    EXPECT_NEAR(parting.n.norm(), 1, 1e-9);
+    ++looked;
+    longer += parting.way > 1.1 * std::abs(least) + 1e-4;
+    const double way = test::overlapAlong(parting.n, pair.shape[0], pair.X[0], pair.shape[1], pair.X[1]);
+    EXPECT_NEAR(parting.way, way, 1e-7) << "meshes are of floats";
+    EXPECT_NEAR(parting.first + parting.second - parting.n.dot(pair.X[1].p - pair.X[0].p), way, 1e-7);
+  });
+  EXPECT_LE(longer, looked / 20);
+}
+
+TEST(OverlapProperty, APointWithinBothIsFoundWhereTheyAreInEachOther) {
+  int deep = 0, apart = 0;
+  forSeeds(600, [&](unsigned seed) {
+    Random random(seed);
+    const NearPair pair(random);
+    const double overlap = pair.overlap();
+    std::uint32_t work = 0;
+    const bool found = findWithin(pair.solid(0), pair.solid(1), kMeshWork, work);
+    deep += overlap > 2e-4;
+    apart += overlap < 1.9 * kWithin;
+    if (overlap > 2e-4) {
+      EXPECT_TRUE(found) << overlap;
+    }
+    if (overlap < 1.9 * kWithin) {
+      EXPECT_FALSE(found) << overlap;
+    }
+  });
+  EXPECT_GT(deep, 100);
+  EXPECT_GT(apart, 100);
+}
+
+TEST(OverlapProperty, OfAMeshWithoutRoomForWorkNothingIsFound) {
+  Random random(1);
+  NearPair pair(random);
+  pair.shape[0].kind = ShapeKind::kMesh;
+  pair.X[1] = pair.X[0];
+  std::uint32_t work = 0;
+  EXPECT_TRUE(findWithin(pair.solid(0), pair.solid(1), kMeshWork, work));
+  EXPECT_FALSE(findWithin(pair.solid(0), pair.solid(1), work, work));
+}
+
+}  // namespace
+}  // namespace hapticd

@@ -319,10 +319,10 @@ void FreeBodies::step(Scene& scene, double dt) HD_RT {
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     if (free(k)) wakeTouched(scene, k);
   }
+  leadAllOut(scene, dt);
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     if (!free(k)) continue;
     Entry& entry = entry_[k];
-    leadOut(scene, k, dt);
     (void)moverOf(k);
     if (entry.age < kStale) {
       entry.stands = false;

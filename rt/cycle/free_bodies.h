@@ -31,10 +31,11 @@ namespace hapticd {
  */
 class FreeBodies {
  public:
-  static constexpr double kStale = 0.1;        ///< No contacts for so long: a body stands still [s].
-  static constexpr double kTouching = 1e-4;    ///< Gap at which a body is woken by what touches it [m].
-  static constexpr double kLeadOut = 3;        ///< The longest that what was put into something is led out of it [s].
-  static constexpr double kMostGravity = 100;  ///< [m/s^2]
+  static constexpr double kStale = 0.1;      ///< No contacts for so long: a body stands still [s].
+  static constexpr double kTouching = 1e-4;  ///< Gap at which a body is woken by what touches it [m].
+  static constexpr double kLeadOut = 3;      ///< The longest that what was put into something is led out of it [s].
+  static constexpr std::uint32_t kMostLooks = 2;  ///< In a tick for ways out: what it costs is the square of touches.
+  static constexpr double kMostGravity = 100;     ///< [m/s^2]
   static constexpr std::uint8_t kNone = 0xff;
 
   /** kNotFound: no such object. kInvalidArgument: out of range, or it cannot move. kQuotaExceeded: kMaxBodies are. */
@@ -83,6 +84,8 @@ class FreeBodies {
   bool ask(const Scene& scene, std::span<const std::uint32_t> held, CollideRequest& request) const HD_RT;
 
   [[nodiscard]] const Vec3& gravity() const HD_RT { return gravity_; }
+  /** Bodies for which the last step has looked for a way out of what they were put into. */
+  [[nodiscard]] std::uint32_t looks() const HD_RT { return looks_; }
   [[nodiscard]] const JointStep& joint() const HD_RT { return joint_; }
 
  private:
@@ -125,6 +128,9 @@ class FreeBodies {
   static void leadAnew(Entry& entry) HD_RT;
   void findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT;
   [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out) HD_RT;
+  void leadAllOut(const Scene& scene, double dt) HD_RT;
+  /** Whether it may be led now. */
+  [[nodiscard]] static bool mayLead(const Scene& scene, Entry& entry) HD_RT;
   void leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT;
   /** How many touches each body may have, so that all together have room. */
   [[nodiscard]] std::uint32_t fairShare(const Scene& scene) const HD_RT;
@@ -136,6 +142,8 @@ class FreeBodies {
   std::array<Entry, kMaxBodies> entry_;
   std::array<std::uint8_t, kMaxObjects> of_slot_ = none();
   Vec3 gravity_ = Vec3::Zero();
+  std::uint8_t next_look_ = 0;  ///< Whose turn it is.
+  std::uint32_t looks_ = 0;
   JointStep joint_;
 
   static constexpr std::array<std::uint8_t, kMaxObjects> none() {

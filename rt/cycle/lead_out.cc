@@ -138,12 +138,6 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
  */
 void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   Entry& entry = entry_[k];
-  const auto isUnmet = [&](std::uint32_t slot) HD_RT { return scene.sinceUnmet(slot) < kStale; };
-  bool unmet = isUnmet(objectSlot(entry.object));
-  for (std::uint32_t i = 0; i < entry.model.count && !unmet; ++i) unmet = isUnmet(entry.model.point[i].body());
-  if (unmet && !(entry.leading > 0)) entry.way.setZero();  // That of another time.
-  if (unmet) entry.leading = kLeadOut;
-  if (!(entry.leading > 0) || entry.put > 0 || entry.age >= kStale) return;
   if (!entry.pushed) entry.leading -= dt;
   Near near;
   findNear(scene, k, near);
@@ -166,6 +160,29 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   body.place(X);
   body.setTwist(V);
   entry.body.wake();
+}
+
+bool FreeBodies::mayLead(const Scene& scene, Entry& entry) HD_RT {
+  const auto isUnmet = [&](std::uint32_t slot) HD_RT { return scene.sinceUnmet(slot) < kStale; };
+  bool unmet = isUnmet(objectSlot(entry.object));
+  for (std::uint32_t i = 0; i < entry.model.count && !unmet; ++i) unmet = isUnmet(entry.model.point[i].body());
+  if (unmet && !(entry.leading > 0)) entry.way.setZero();  // That of another time.
+  if (unmet) entry.leading = kLeadOut;
+  return entry.leading > 0 && !(entry.put > 0) && entry.age < kStale;
+}
+
+/** In turns: of more than kMostLooks each goes the slower, and has the longer for it. */
+void FreeBodies::leadAllOut(const Scene& scene, double dt) HD_RT {
+  looks_ = 0;
+  const std::uint8_t first = next_look_;
+  for (std::uint8_t i = 0; i < kMaxBodies; ++i) {
+    const auto k = static_cast<std::uint8_t>((first + i) % kMaxBodies);
+    Entry& entry = entry_[k];
+    if (entry.object == 0 || entry.held || !mayLead(scene, entry) || looks_ == kMostLooks) continue;
+    ++looks_;
+    leadOut(scene, k, dt);
+    next_look_ = static_cast<std::uint8_t>((k + 1) % kMaxBodies);
+  }
 }
 
 }  // namespace hapticd

@@ -2,6 +2,7 @@
 // way, and without a motion that would be left to it.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/support/shape/signed_gap.h"
@@ -268,6 +269,37 @@ TEST(PutInside, NoWayOfAnotherTimeBindsIt) {
   enable(later, HD_OBJECT_ENABLED);
   scene.house.run(1000);
   EXPECT_NEAR(before - z(), 0.001, 5e-5);
+}
+
+/** As many as may move, two in each place: two are looked at in a tick, and it comes to each as often. */
+TEST(PutInside, ManyAreLedInTurns) {
+  PutHouse scene;
+  const Vec3 half(0.01, 0.008, 0.005);
+  for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+    const std::uint32_t id = makeObjectId(20u + k, 1);
+    scene.house.send(CommandKind::kAddObject, object(id, ShapeKind::kBox, half, {0.1, 0.1, 0.2 + 0.1 * (k / 2)}));
+    scene.setFree(id);
+  }
+  scene.house.run(20);
+  const FreeBodies& bodies = scene.house.servo->cycle().bodies();
+  const auto com = [&](std::uint8_t k) { return bodies.body(k).body.com(); };
+  std::array<std::uint32_t, kMaxBodies> led{};
+  constexpr std::uint32_t kTicks = 80;
+  for (std::uint32_t i = 0; i < kTicks; ++i) {
+    std::array<Vec3, kMaxBodies> before;
+    for (std::uint8_t k = 0; k < kMaxBodies; ++k) before[k] = com(k);
+    scene.house.run(1);
+    for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
+      const double way = (com(k) - before[k]).norm();
+      EXPECT_LE(way, 1.001e-3 * Tool::kRecoverSpeed);
+      led[k] += way > 0 ? 1 : 0;
+    }
+    EXPECT_EQ(bodies.looks(), FreeBodies::kMostLooks);
+  }
+  for (const std::uint32_t each : led) EXPECT_EQ(each, kTicks * FreeBodies::kMostLooks / kMaxBodies);
+  scene.house.run(1000);
+  for (std::uint8_t k = 0; k < kMaxBodies; k += 2) EXPECT_NEAR((com(k + 1) - com(k)).norm(), 2 * half.z(), 1e-4);
+  EXPECT_EQ(bodies.looks(), 0U) << "they are out";
 }
 
 /** Beside another body it stays: it would push that, with energy from nowhere. */

@@ -12,9 +12,12 @@
 #include <cerrno>
 #include <csignal>
 #include <deque>
+#include <list>
+#include <utility>
 
 #include "daemon/ipc/builder_protocol.h"
 #include "daemon/leash/spawn.h"
+#include "daemon/leash/turns.h"
 #include "daemon/log/log.h"
 
 namespace hapticd {
@@ -64,6 +67,7 @@ ErrorCode allowedCode(std::uint32_t code) {
 
 struct Job {
   std::uint64_t number = 0;
+  std::uint64_t client = 0;
   UniqueFd upload;
   bool begun = false;    ///< The builder has said so.
   bool retried = false;  ///< The builder before died before it began.
@@ -89,6 +93,9 @@ struct BuilderLeash::State {
   void checkEnd();
   void checkTime();
   void startNext();
+  void takeNext();
+  /** The job under way is the next one's. */
+  void goBack();
   void finish(BuildReport report);
   void setAlarm();
   void watch(int fd) const;
@@ -102,7 +109,7 @@ struct BuilderLeash::State {
   std::uint32_t heard = 0;  // frames since the last order
   bool spoke = false;       // the running builder has
   std::string trouble;      // what became of one that did not
-  std::deque<Job> waiting;
+  Turns<Job> waiting;
   Job running;  // number 0: none
   bool cancelled = false;
   std::int64_t deadline_ns = 0;
@@ -188,8 +195,7 @@ void BuilderLeash::State::lose(std::string why) {
   if (running.number == 0) return;
   if (!running.begun && !running.retried && !cancelled && doom.empty()) {
     running.retried = true;
-    waiting.push_front(std::move(running));
-    running = {};
+    goBack();
     return;
   }
   BuildReport report;
@@ -302,6 +308,17 @@ void BuilderLeash::State::checkTime() {
   condemn(fmt::format("the build took longer than {:.3g} s", static_cast<double>(options.job_timeout_ns) * 1e-9));
 }
 
+void BuilderLeash::State::takeNext() {
+  std::list<Job> one;
+  waiting.next(one);
+  running = std::move(one.front());
+}
+
+void BuilderLeash::State::goBack() {
+  const std::uint64_t client = running.client;
+  waiting.pushFirst(client, std::exchange(running, {}));
+}
+
 void BuilderLeash::State::startNext() {
   if (running.number != 0 || waiting.empty()) return;
   if (pid == 0) {
@@ -310,8 +327,7 @@ void BuilderLeash::State::startNext() {
       trouble = toString(spawned.error());
       log::error("{}", trouble);
       not_before_ns = now() + kLongestPause_ns;
-      running = std::move(waiting.front());
-      waiting.pop_front();
+      takeNext();
       BuildReport report;
       report.kind = BuildReport::Kind::kFailed;
       report.error = spawned.error();
@@ -319,8 +335,7 @@ void BuilderLeash::State::startNext() {
     }
   }
   if (closed) return;  // dying: the next builder takes it
-  running = std::move(waiting.front());
-  waiting.pop_front();
+  takeNext();
   deadline_ns = now() + options.job_timeout_ns;
   heard = 0;
   BuilderFrame order;
@@ -328,8 +343,7 @@ void BuilderLeash::State::startNext() {
   order.head.job = running.number;
   if (sendFrame(socket.get(), order, running.upload.get(), true) != FrameIo::kOk) {
     // It died between two jobs: its end is reported next, and the job goes back for the builder after it.
-    waiting.push_front(std::move(running));
-    running = {};
+    goBack();
     condemn({});
   }
 }
@@ -365,11 +379,11 @@ std::uint32_t BuilderLeash::restarts() const noexcept { return state_->starts ==
 
 const std::string& BuilderLeash::trouble() const noexcept { return state_->trouble; }
 
-Result<std::uint64_t> BuilderLeash::submit(int upload_fd) {
+Result<std::uint64_t> BuilderLeash::submit(int upload_fd, std::uint64_t client) {
   auto copy = duplicate(upload_fd);
   if (!copy) return copy.error();
   const std::uint64_t number = ++state_->last_job;
-  state_->waiting.push_back({number, std::move(*copy)});
+  state_->waiting.push(client, {number, client, std::move(*copy)});
   state_->startNext();
   state_->setAlarm();
   return number;
@@ -387,10 +401,8 @@ void BuilderLeash::cancel(std::uint64_t job) {
     if (sendFrame(s.socket.get(), order, -1, true) != FrameIo::kOk) s.condemn({});
     return;
   }
-  const auto found =
-      std::find_if(s.waiting.begin(), s.waiting.end(), [job](const Job& waiting) { return waiting.number == job; });
-  if (found == s.waiting.end()) return;
-  s.waiting.erase(found);
+  std::list<Job> dropped;
+  if (!s.waiting.take([job](const Job& waiting) { return waiting.number == job; }, dropped)) return;
   BuildReport report;
   report.kind = BuildReport::Kind::kFailed;
   report.job = job;

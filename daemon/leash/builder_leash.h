@@ -3,7 +3,7 @@
  *
  * The builder reads hostile data, so it is small, limited and not trusted: what it sends back is checked like any
  * client's memory (openSnapshot() in snapshot_memory.h). Its crash is an Error of the job it ran; the next job starts a
- * new builder. Jobs run one after the other in the order of submit().
+ * new builder. Jobs run one after the other: each client's in the order of submit(), and each client has its turn.
  */
 #pragma once
 
@@ -59,7 +59,7 @@ class BuilderLeash {
    * Queues a build of an upload memfd (sealed Seals::kFrozen; the leash keeps its own descriptor) and returns the job's
    * number, rising from 1. Failures come as a report.
    */
-  [[nodiscard]] Result<std::uint64_t> submit(int upload_fd);
+  [[nodiscard]] Result<std::uint64_t> submit(int upload_fd, std::uint64_t client = 0);
 
   /** The job ends with a kFailed report of kCancelled. Unknown and finished jobs are ignored. */
   void cancel(std::uint64_t job);

@@ -159,12 +159,7 @@ void MeshStore::noServoComes() {
 template <class Memory>
 void MeshStore::giveBack(Memory memory, std::uint64_t bytes) {
   if (bytes < kLarge_bytes) return;
-  aside_.start(
-      [memory = std::move(memory)]() mutable {
-        memory = Memory();
-        return Result<void>();
-      },
-      [](const Result<void>&) {});
+  aside_.start([memory = std::move(memory)] { return Result<void>(); }, [](const Result<void>&) {});
 }
 
 std::size_t MeshStore::servos() const { return shelf_->sinks().size(); }

@@ -17,13 +17,13 @@ Aside::~Aside() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Aside::push(Job job) {
+void Aside::push(Job job, std::uint64_t client) {
   if (!thread_.joinable()) {
     try {
       thread_ = std::thread([this] { run(); });
     } catch (const std::system_error& e) {  // Then here: late is better than never.
       log::warn("no thread can be started for what takes long: {} (raise TasksMax= or the user's nproc)", e.what());
-      job.work();
+      job.work(false);
       const std::lock_guard lock(mutex_);
       finished_.push_back(std::move(job));
       return;
@@ -31,7 +31,15 @@ void Aside::push(Job job) {
   }
   {
     const std::lock_guard lock(mutex_);
-    waiting_.push_back(std::move(job));
+    waiting_.push(client, std::move(job));
+  }
+  changed_.notify_all();
+}
+
+void Aside::cancel(std::uint64_t number) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!waiting_.take([&](const Job& job) { return job.number == number; }, dropped_)) return;
   }
   changed_.notify_all();
 }
@@ -40,13 +48,19 @@ void Aside::run() {
   ::pthread_setname_np(::pthread_self(), "aside");
   std::unique_lock lock(mutex_);
   for (;;) {
-    changed_.wait(lock, [this] { return stopping_ || !waiting_.empty(); });
+    changed_.wait(lock, [this] { return stopping_ || !waiting_.empty() || !dropped_.empty(); });
     if (stopping_) return;
-    const Job& job = waiting_.front();  // It stays there until it is done.
+    const bool dropped = !dropped_.empty();  // First: it only gives memory back.
+    if (dropped) {
+      begun_.splice(begun_.end(), dropped_, dropped_.begin());
+    } else {
+      waiting_.next(begun_);
+    }
+    const Job& job = begun_.front();
     lock.unlock();
-    job.work();
+    job.work(dropped);
     lock.lock();
-    finished_.splice(finished_.end(), waiting_, waiting_.begin());
+    finished_.splice(finished_.end(), begun_);
   }
 }
 
@@ -64,7 +78,7 @@ void Aside::poll() {
 
 std::size_t Aside::size() const {
   const std::lock_guard lock(mutex_);
-  return waiting_.size() + finished_.size();
+  return waiting_.size() + dropped_.size() + begun_.size() + finished_.size();
 }
 
 }  // namespace hapticd

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <list>
@@ -15,11 +16,13 @@
 #include <type_traits>
 #include <utility>
 
+#include "daemon/leash/turns.h"
 #include "rt/base/error.h"
 
 namespace hapticd {
 
-/** One job after the other on a thread of its own, begun with the first. Control thread only. */
+/** One job after the other on a thread of its own, begun with the first; each client has its turn. Control thread only.
+ */
 class Aside {
  public:
   Aside() = default;
@@ -28,26 +31,41 @@ class Aside {
   Aside(const Aside&) = delete;
   Aside& operator=(const Aside&) = delete;
 
-  /** `work`, which gives a Result, runs on the thread; `done` gets that in a later poll(). */
+  /**
+   * `work`, which gives a Result, runs on the thread, where what it holds goes, too: giving large memory back takes its
+   * time. `done` gets the result in a later poll(). Returns the job's number, from 1.
+   */
   template <class Work, class Done>
-  void start(Work work, Done done) {
-    struct Job {
-      Work work;
+  std::uint64_t start(Work work, Done done, std::uint64_t client = 0) {
+    struct State {
+      std::optional<Work> work;
       Done done;
       std::optional<std::invoke_result_t<Work&>> result;
     };
-    const auto job = std::make_shared<Job>(Job{std::move(work), std::move(done), {}});
-    push({[job] {
+    const auto state = std::make_shared<State>(State{std::move(work), std::move(done), {}});
+    const auto number = ++last_;
+    push({number,
+          [state](bool dropped) {
             try {
-              job->result.emplace(job->work());
+              if (dropped) {
+                state->result.emplace(Error{ErrorCode::kCancelled, {}, {}, {}});
+              } else {
+                state->result.emplace((*state->work)());
+              }
             } catch (const std::bad_alloc&) {  // Nobody is above us.
-              job->result.emplace(noMemory());
+              state->result.emplace(noMemory());
             } catch (const std::exception& e) {
-              job->result.emplace(Error{ErrorCode::kInternal, {}, e.what(), {}});
+              state->result.emplace(Error{ErrorCode::kInternal, {}, e.what(), {}});
             }
+            state->work.reset();
           },
-          [job] { job->done(std::move(*job->result)); }});
+          [state] { state->done(std::move(*state->result)); }},
+         client);
+    return number;
   }
+  /** Nobody waits for that job: if it is not begun it is not worked on, and `done` gets kCancelled before the others.
+   */
+  void cancel(std::uint64_t number);
   /** Tells what is done. */
   void poll();
   /** Jobs begun or waiting, or not told yet. */
@@ -55,18 +73,23 @@ class Aside {
 
  private:
   struct Job {
-    std::function<void()> work, tell;
+    std::uint64_t number;
+    std::function<void(bool dropped)> work;
+    std::function<void()> tell;
   };
-  void push(Job job);
+  void push(Job job, std::uint64_t client);
   void run();
   [[nodiscard]] static Error noMemory() { return {ErrorCode::kSystem, "memory", {}, {}}; }
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   // Lists: the thread hands one on without memory, for nobody would take its exception.
-  std::list<Job> waiting_;  ///< The first is being worked on.
+  Turns<Job> waiting_;
+  std::list<Job> dropped_;  ///< Of those that waited.
+  std::list<Job> begun_;    ///< One at most.
   std::list<Job> finished_;
   bool stopping_ = false;
+  std::uint64_t last_ = 0;
   std::thread thread_;
 };
 

@@ -76,16 +76,19 @@ Uploads::Upload Uploads::take(std::uint64_t id) {
 
 template <class Work, class Tell>
 void Uploads::startAside(std::uint64_t id, Work work, Tell tell) {
-  aside_.start(std::move(work), [this, id, tell = std::move(tell)](auto made) mutable {
-    Upload& upload = uploads_.at(id);
-    upload.aside = false;
-    if (upload.cancelled) {
-      uploads_.erase(id);
-    } else {
-      tell(upload, std::move(made));
-    }
-  });
-  uploads_.at(id).aside = true;
+  Upload& upload = uploads_.at(id);
+  upload.aside = aside_.start(
+      std::move(work),
+      [this, id, tell = std::move(tell)](auto made) mutable {
+        Upload& back = uploads_.at(id);
+        back.aside = 0;
+        if (back.cancelled) {
+          uploads_.erase(id);
+        } else {
+          tell(back, std::move(made));
+        }
+      },
+      upload.by.connection);
 }
 
 Result<void> Uploads::freeze(std::uint64_t id) {
@@ -119,13 +122,7 @@ Result<void> Uploads::commitTexture(std::uint64_t id, TextureDone done) {
   }
   upload.texture_done = std::move(done);
   startAside(
-      id,
-      [file = std::move(upload.file), mapping = std::move(*mapping)]() mutable {
-        auto texture = parseTexture(mapping.bytes());
-        mapping = Mapping();  // Here: giving large memory back takes its time, too.
-        file = Memfd();
-        return texture;
-      },
+      id, [file = std::move(upload.file), mapping = std::move(*mapping)] { return parseTexture(mapping.bytes()); },
       [this, id](Upload&, Result<Texture> texture) {
         if (!texture) return take(id).texture_done(texture.error());
         layOut(id, std::move(*texture));
@@ -159,7 +156,8 @@ void Uploads::cancel(std::uint64_t id) {
   if (it == uploads_.end()) return;
   Upload& upload = it->second;
   if (upload.job != 0 && builder_ != nullptr) builder_->cancel(upload.job);
-  if (!upload.aside) return (void)uploads_.erase(it);
+  if (upload.aside == 0) return (void)uploads_.erase(it);
+  aside_.cancel(upload.aside);
   upload.cancelled = true;
   upload.progress = {};
   upload.done = {};
@@ -274,7 +272,7 @@ void Uploads::lookUp(std::uint64_t id) {
 void Uploads::build(std::uint64_t id) {
   Upload& upload = uploads_.at(id);
   auto job = builder_ == nullptr ? Result<std::uint64_t>(Error{ErrorCode::kBuilderFailed, "builder", note_, {}})
-                                 : builder_->submit(upload.file.fd());
+                                 : builder_->submit(upload.file.fd(), upload.by.connection);
   if (!job) return take(id).done(job.error());
   upload.job = *job;
 }

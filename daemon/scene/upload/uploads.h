@@ -60,6 +60,7 @@ class Uploads {
   void poll();
   /** Something is checked aside. */
   [[nodiscard]] bool busy() const { return aside_.size() != 0; }
+  [[nodiscard]] Aside& aside() { return aside_; }
 
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::size_t size() const { return uploads_.size(); }
@@ -70,9 +71,9 @@ class Uploads {
     Client by;
     std::uint64_t counts = 0;  ///< For its user: what it is, or is to become [bytes].
     bool committed = false;
-    bool aside = false;      ///< A thread of ours has its memory.
-    bool cancelled = false;  ///< And nobody waits for what that makes of it.
-    std::uint64_t job = 0;   ///< Of the builder; 0: none.
+    std::uint64_t aside = 0;  ///< Job of a thread of ours, which has its memory; 0: none.
+    bool cancelled = false;   ///< And nobody waits for what that makes of it.
+    std::uint64_t job = 0;    ///< Of the builder; 0: none.
     Progress progress;
     Done done;
     TextureDone texture_done;

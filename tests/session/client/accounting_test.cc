@@ -1,6 +1,8 @@
 // What counts against a user's memory and triangles, and what the servos keep locked: to the byte, and given back.
 #include <unistd.h>
 
+#include <algorithm>
+#include <future>
 #include <optional>
 
 #include "daemon/builder/build.h"
@@ -262,6 +264,43 @@ TEST_F(Accounting, ATextureThatIsGivenUpWhileItIsCheckedLeavesNothing) {
   EXPECT_FALSE(told);
   EXPECT_EQ(bytes(), 0u);
   EXPECT_TRUE(bench.core.scene().textures().list().empty());
+}
+
+/** Each client has its turn, and what nobody waits for any more is not worked on. */
+TEST_F(Accounting, AFloodOfTexturesDelaysItsOwnClients) {
+  constexpr int kEach = 4;
+  const auto pixels = reliefUpload(64, 64, std::vector<std::uint16_t>(64 * 64));
+  std::vector<std::uint64_t> told;
+  const auto commit = [&](std::uint64_t connection) {
+    const std::uint64_t id = *bench.core.uploads().begin(pixels.size(), bench.core.client(connection));
+    EXPECT_EQ(::pwrite(bench.core.uploads().region(id)->get(), pixels.data(), pixels.size(), 0), std::ssize(pixels));
+    EXPECT_TRUE(bench.core.uploads()
+                    .commitTexture(id,
+                                   [&told, connection](const Result<std::uint64_t>& made) {
+                                     EXPECT_TRUE(made.ok()) << toString(made.error());
+                                     told.push_back(connection);
+                                   })
+                    .ok());
+  };
+  std::promise<void> go;
+  bench.core.uploads().aside().start(
+      [&]() -> Result<int> {
+        go.get_future().wait();
+        return 0;
+      },
+      [](const Result<int>&) {});
+  for (int i = 0; i < 4; ++i) {
+    const std::uint64_t flood = *bench.core.connect(200 + i, static_cast<std::uint32_t>(2000 + i), false);
+    for (int j = 0; j < kEach; ++j) commit(flood);
+  }
+  commit(bench.connection);
+  go.set_value();
+  for (int i = 0; i < 5000 && told.size() < 4 * kEach + 1; ++i) {
+    bench.step();
+    ::usleep(1000);
+  }
+  ASSERT_EQ(told.size(), 4u * kEach + 1);
+  EXPECT_LE(std::find(told.begin(), told.end(), bench.connection) - told.begin(), 4) << "one of each flood before it";
 }
 
 /** Else one would take the last place of all. */

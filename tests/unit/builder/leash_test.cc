@@ -156,6 +156,18 @@ TEST_F(Leash, JobsKeepTheirOrder) {
   EXPECT_FALSE(leash_->next(report));
 }
 
+/** Jobs of two floods, and one who comes last; one that is given up leaves the others' turns. */
+TEST_F(Leash, EachClientHasItsTurn) {
+  const Memfd mesh = frozen(upload(cube()));
+  const auto submitFor = [&](std::uint64_t client) { return *leash_->submit(mesh.fd(), client); };
+  const auto under_way = submitFor(1), a1 = submitFor(1), a2 = submitFor(1);
+  const auto given_up = submitFor(2), b1 = submitFor(2), b2 = submitFor(2), mine = submitFor(3);
+  leash_->cancel(given_up);
+  EXPECT_EQ(outcome(*leash_, given_up).error.code, ErrorCode::kCancelled);
+  for (const std::uint64_t job : {under_way, a1, b1, mine, a2, b2})
+    EXPECT_EQ(outcome(*leash_, job).kind, BuildReport::Kind::kDone);
+}
+
 TEST_F(Leash, AnUploadThatCanStillChangeIsRefused) {
   auto memfd = Memfd::create("upload", upload(cube()).size());
   ASSERT_TRUE(memfd->seal(Seals::kFixedSize).ok());

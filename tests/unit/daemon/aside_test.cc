@@ -7,6 +7,7 @@
 #include <future>
 #include <new>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace hapticd {
@@ -61,6 +62,107 @@ TEST(Aside, JobsComeInTheirOrderAndMayBeginOthers) {
   job(2, [] {});
   EXPECT_TRUE(until(aside, [&] { return order.size() == 3; }));
   EXPECT_EQ(order, (std::vector{1, 2, 3}));
+}
+
+/** Keeps the thread until it is let go. */
+struct Gate {
+  explicit Gate(Aside& aside) {
+    aside.start(
+        [go = go.get_future().share()]() -> Result<int> {
+          go.wait();
+          return 0;
+        },
+        [](const Result<int>&) {});
+  }
+  std::promise<void> go;
+};
+
+/** Four floods, and one who comes last with two jobs. */
+TEST(Aside, EachClientHasItsTurn) {
+  std::vector<std::pair<std::uint64_t, int>> order;
+  Aside aside;
+  Gate gate(aside);
+  const auto job = [&](std::uint64_t client, int number) {
+    aside.start([]() -> Result<int> { return 0; },
+                [&order, client, number](const Result<int>&) { order.emplace_back(client, number); }, client);
+  };
+  for (std::uint64_t client = 1; client <= 4; ++client) {
+    for (int i = 0; i < 10; ++i) job(client, i);
+  }
+  job(5, 0);
+  job(5, 1);
+  gate.go.set_value();
+  ASSERT_TRUE(until(aside, [&] { return order.size() == 42; }));
+  for (std::size_t i = 0; i < 10; ++i) {
+    const auto client = 1 + i % 5;
+    EXPECT_EQ(order[i], std::pair(client, static_cast<int>(i / 5))) << i;
+  }
+  for (std::size_t i = 10; i < 42; ++i) {
+    const auto client = 1 + (i - 10) % 4;
+    EXPECT_EQ(order[i], std::pair(client, 2 + static_cast<int>((i - 10) / 4))) << i;
+  }
+}
+
+/** Says on which thread it went. */
+struct Held {
+  explicit Held(std::promise<std::thread::id>& to) : went(&to) {}
+  Held(Held&& other) noexcept : went(std::exchange(other.went, nullptr)) {}
+  Held& operator=(Held&&) = delete;
+  ~Held() {
+    if (went != nullptr) went->set_value(std::this_thread::get_id());
+  }
+  std::promise<std::thread::id>* went;
+};
+
+TEST(Aside, WhatNobodyWaitsForIsNotWorkedOn) {
+  std::vector<int> worked, told;
+  std::vector<ErrorCode> codes;
+  std::promise<std::thread::id> went;
+  std::thread::id thread;
+  Aside aside;
+  Gate gate(aside);
+  const auto job = [&](int number, std::uint64_t client, auto held) {
+    return aside.start(
+        [&, number, held = std::move(held)]() -> Result<int> {
+          worked.push_back(number);
+          thread = std::this_thread::get_id();
+          return number;
+        },
+        [&, number](const Result<int>& result) {
+          told.push_back(number);
+          codes.push_back(result ? ErrorCode::kOk : result.error().code);
+        },
+        client);
+  };
+  (void)job(1, 1, 0);
+  const auto gone = job(2, 1, Held(went));
+  const auto last = job(3, 1, 0);
+  aside.cancel(gone);
+  aside.cancel(gone);  // Once is enough.
+  EXPECT_EQ(aside.size(), 4u) << "what it holds is there until the thread has let go of it";
+  gate.go.set_value();
+  ASSERT_TRUE(until(aside, [&] { return told.size() == 3; }));
+  aside.cancel(last);  // Too late.
+  EXPECT_EQ(worked, (std::vector{1, 3}));
+  EXPECT_EQ(told, (std::vector{2, 1, 3}));
+  EXPECT_EQ(codes, (std::vector{ErrorCode::kCancelled, ErrorCode::kOk, ErrorCode::kOk}));
+  EXPECT_EQ(went.get_future().get(), thread) << "the control thread has no time for it";
+  EXPECT_EQ(aside.size(), 0u);
+}
+
+TEST(Aside, WhatAJobHoldsGoesOnItsThread) {
+  std::promise<std::thread::id> went;
+  std::thread::id thread;
+  bool told = false;
+  Aside aside;
+  aside.start(
+      [&, held = Held(went)]() -> Result<int> {
+        thread = std::this_thread::get_id();
+        return 0;
+      },
+      [&](const Result<int>&) { told = true; });
+  ASSERT_TRUE(until(aside, [&] { return told; }));
+  EXPECT_EQ(went.get_future().get(), thread);
 }
 
 TEST(Aside, WhatIsThrownIsAnError) {

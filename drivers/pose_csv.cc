@@ -289,6 +289,9 @@ bool liesIn(const Opened& file, const std::string& folder) {
   return placeOf(file).starts_with(outer);
 }
 
+/** Which goes up from somewhere, and so would tell whether that is there. */
+bool goesUp(const std::string& path) { return ('/' + path + '/').find("/../") != std::string::npos; }
+
 /** Whether the folder has no such name, not even that of a link which leads nowhere. */
 bool isMissingIn(const std::string& path, const std::string& folder) {
   const std::size_t slash = path.rfind('/');
@@ -318,15 +321,19 @@ Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std
 }
 
 Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path, const std::string& within) {
+  // One answer for all that lies elsewhere: what there is, and what not, is nobody's business who may not name it.
+  const auto mayNotBeNamed = [&] {
+    return Error{ErrorCode::kPermissionDenied, path, "which files the daemon reads is the administrator's choice",
+                 "put the file itself into " + within + ", and name it without '..'"};
+  };
+  if (!within.empty() && goesUp(path)) return mayNotBeNamed();
   // First a name for it that stays: what the path leads to may change between two looks, or be a FIFO that waits.
   const Opened named(path, O_PATH);
   struct stat status {};
   const int why = named.fd < 0 || ::fstat(named.fd, &status) != 0 ? errno : 0;
   if (why == EMFILE || why == ENFILE || why == ENOMEM) return systemFault(path, why);
-  // One answer for all that lies elsewhere: what there is, and what not, is nobody's business who may not name it.
-  if (!within.empty() && !(why == 0 ? liesIn(named, within) : why == ENOENT && isMissingIn(path, within))) {
-    return Error{ErrorCode::kPermissionDenied, path, "it does not lie in " + within, "put the file itself there"};
-  }
+  if (!within.empty() && !(why == 0 ? liesIn(named, within) : why == ENOENT && isMissingIn(path, within)))
+    return mayNotBeNamed();
   if (why != 0) return systemFault(path, why);
   if (!S_ISREG(status.st_mode)) return notAFile(path);
   const Opened file(kernelName(named), O_RDONLY | O_NONBLOCK);  // Not to wait for whoever has a lease on it.

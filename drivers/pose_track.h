@@ -67,7 +67,8 @@ class PoseTrack {
 
 /**
  * Reads a regular file of at most PoseTrack::kMaxFileBytes and parses it. With a folder as `within`, kPermissionDenied
- * unless what is opened lies there, whatever the path or its links say. Control thread.
+ * unless what is opened lies there, whatever the path or its links say; a path with ".." in it does not. Control
+ * thread.
  */
 [[nodiscard]] Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path,
                                                                    const std::string& within = {});

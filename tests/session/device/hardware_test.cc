@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <thread>
+#include <utility>
 
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
@@ -162,13 +163,20 @@ TEST_F(NamedFiles, AreTheAdministratorsAndTheDaemonsOwnUsers) {
 
 TEST_F(NamedFiles, OfTheFolderAreEverybodys) {
   Bench bench(withFolder(root_ + "/open"));
+  bench.core.devices().setFactory(makeDevice);
   const std::uint64_t stranger = *bench.core.connect(1, 61'000, false);
-  for (const char* out :
-       {"/secret.csv", "/open/../secret.csv", "/open/way_out.csv", "/openness.csv", "/open/../open/.."}) {
-    EXPECT_EQ(opened(bench, "replay://" + root_ + out, stranger), ErrorCode::kPermissionDenied) << out;
+  std::string told;
+  for (const char* out : {"/secret.csv", "/no/such.csv", "/open/../secret.csv", "/open/../open/motion.csv",
+                          "/open/way_out.csv", "/openness.csv", "/open/../open/.."}) {
+    Error error = bench.core.openDevice("replay://" + root_ + out, stranger).error();
+    EXPECT_EQ(error.code, ErrorCode::kPermissionDenied) << out;
+    EXPECT_EQ(std::exchange(error.where, {}), root_ + out);
+    if (told.empty()) told = toString(error);
+    EXPECT_EQ(toString(error), told) << out << ": of what is there nothing is told";
   }
   EXPECT_EQ(opened(bench, "replay://" + root_ + "/open/motion.csv", stranger), ErrorCode::kOk);
   Bench nowhere(withFolder(root_ + "/nowhere"));
+  nowhere.core.devices().setFactory(makeDevice);
   const std::uint64_t other = *nowhere.core.connect(1, 61'000, false);
   EXPECT_EQ(opened(nowhere, "replay://" + root_ + "/nowhere/motion.csv", other), ErrorCode::kPermissionDenied);
 }

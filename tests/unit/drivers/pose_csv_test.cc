@@ -221,6 +221,14 @@ TEST(PoseCsv, OfWhatLiesElsewhereNothingIsTold) {
   }
   fs::create_directory_symlink(root, folder + "/up");
   EXPECT_EQ(toldOf(folder + "/up/none.csv"), toldOf(folder + "/up/secret.csv"));
+  // Nor by a way that leads past it into the folder.
+  std::ofstream(folder + "/motion.csv") << "0,0,0,0\n";
+  for (const char* past : {"/house", "/none", "/secret.csv", "/open"}) {
+    for (const char* name : {"/motion.csv", "/none.csv"})
+      EXPECT_EQ(toldOf(root + past + "/../open" + name), toldOf(root + "/secret.csv")) << past << name;
+  }
+  std::ofstream(folder + "/a..b.csv") << "0,0,0,0\n";
+  EXPECT_TRUE(loadPoseCsv(folder + "/a..b.csv", folder).ok());
   // Of what it may name, all.
   for (const std::string& inside : {folder, folder + "/below", folder + "/up/open"}) {
     EXPECT_EQ(loadPoseCsv(inside + "/none.csv", folder).error().code, ErrorCode::kNotFound) << inside;

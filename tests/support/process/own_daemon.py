@@ -1,5 +1,7 @@
 """A daemon of a test's own, for tests in Python."""
 import ctypes
+import fcntl
+import os
 import pathlib
 import shutil
 import signal
@@ -12,6 +14,16 @@ _PR_SET_PDEATHSIG = 1
 _PATIENT = "\n[servo]\nmissed_limit = 100000\n"  # That a busy machine holds the servo up is no fault.
 
 
+def _locked_directory():
+    """As TemporaryDirectory in temporary_directory.h: should this test be killed, the next one of C++ sweeps it."""
+    fresh = tempfile.mkdtemp(prefix="hapticd-new-")  # Not swept: it is not locked yet.
+    lock = os.open(fresh, os.O_RDONLY | os.O_DIRECTORY)
+    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    path = fresh.replace("hapticd-new-", "hapticd-tests-")
+    os.rename(fresh, path)
+    return pathlib.Path(path), lock
+
+
 class OwnDaemon:
     """hapticd in a directory of its own, which has its sockets, hapticd.toml and log. Stands still until start().
 
@@ -21,7 +33,7 @@ class OwnDaemon:
     """
 
     def __init__(self, program, *arguments, config="", **options):
-        self.directory = pathlib.Path(tempfile.mkdtemp(prefix="hapticd-test-"))
+        self.directory, self._lock = _locked_directory()
         self.socket = self.directory / "control.sock"
         self.options = options
         self.process = None
@@ -62,3 +74,4 @@ class OwnDaemon:
             if self.process is not None:
                 self.kill()
             shutil.rmtree(self.directory)
+            os.close(self._lock)

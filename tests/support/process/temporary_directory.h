@@ -1,7 +1,12 @@
 /** @file
- * A directory that is gone when the test is.
+ * A directory that is gone when the test is, and when the next one begins if that was killed.
  */
 #pragma once
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -9,22 +14,59 @@
 
 namespace hapticd::test {
 
+/**
+ * Whoever has one holds a lock on it, which the kernel takes back however it ends. Beside own_daemon.py, which keeps to
+ * the same names.
+ */
 class TemporaryDirectory {
  public:
   TemporaryDirectory() {
-    path_ = (std::filesystem::temp_directory_path() / "hapticd-test-XXXXXX").string();
-    if (mkdtemp(path_.data()) == nullptr) std::abort();
+    const auto folder = std::filesystem::temp_directory_path();
+    static const bool kSwept = (sweep(folder), true);
+    (void)kSwept;
+    std::string fresh = (folder / "hapticd-new-XXXXXX").string();  // Not swept: it is not locked yet.
+    if (mkdtemp(fresh.data()) == nullptr) std::abort();
+    lock_ = ::open(fresh.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    path_ = (folder / (kPrefix + fresh.substr(fresh.size() - 6))).string();
+    if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0) std::abort();
+    if (::renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) != 0) std::abort();
   }
   TemporaryDirectory(const TemporaryDirectory&) = delete;
   TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
   ~TemporaryDirectory() {
     std::error_code ignored;
     std::filesystem::remove_all(path_, ignored);
+    ::close(lock_);
   }
   [[nodiscard]] const std::string& path() const { return path_; }
 
+  /** Removes what this user's killed tests have left in that folder. */
+  static void sweep(const std::filesystem::path& folder) {
+    std::error_code ignored;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+      if (entry.path().filename().string().starts_with(kPrefix)) sweepOne(entry.path());
+    }
+  }
+
  private:
+  static constexpr char kPrefix[] = "hapticd-tests-";
+
+  static void sweepOne(const std::filesystem::path& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (fd < 0) return;
+    struct stat held {
+    }, named{};
+    const bool mine = ::fstat(fd, &held) == 0 && held.st_uid == ::geteuid() && ::flock(fd, LOCK_EX | LOCK_NB) == 0;
+    // Once more by name: another may have swept it, and a third have that name now.
+    const bool same =
+        mine && ::lstat(path.c_str(), &named) == 0 && named.st_dev == held.st_dev && named.st_ino == held.st_ino;
+    std::error_code ignored;
+    if (same) std::filesystem::remove_all(path, ignored);
+    ::close(fd);
+  }
+
   std::string path_;
+  int lock_ = -1;
 };
 
 }  // namespace hapticd::test

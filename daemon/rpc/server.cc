@@ -2,6 +2,7 @@
 
 #include <capnp/rpc-twoparty.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/socket.h>
 
 #include "daemon/rpc/answered_stream.h"
@@ -27,6 +28,12 @@ capnp::ReaderOptions readerOptions() {
 
 /** Invalid if no more can be had. */
 UniqueFd spareDescriptor() { return UniqueFd(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
+
+/** In a listening socket, to be accepted. */
+bool somebodyWaits(int socket) {
+  pollfd look{socket, POLLIN, 0};
+  return ::poll(&look, 1, 0) == 1;
+}
 
 }  // namespace
 
@@ -71,14 +78,20 @@ void ControlServer::serve(UniqueFd socket, bool administration) {
   const int fd = socket.release();
   auto receiver = io_.wrapListenSocketFd(
       fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP | kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC);
-  const auto made = std::make_shared<Listener>(Listener{kj::mv(receiver), fd, administration, false, {}});
+  const auto made = std::make_shared<Listener>(Listener{kj::mv(receiver), fd, administration, false, false, {}});
   listen(made);
-  listeners_.remove_if([&](const std::shared_ptr<Listener>& former) {
-    if (former->administration != administration) return false;
-    if (former->accepting) former->end->fulfill();  // Then its descriptor goes, too.
+  endListeners([&](const Listener& one) { return one.administration == administration && one.former; });
+  for (const auto& one : listeners_) one->former = one->former || one->administration == administration;
+  listeners_.push_back(made);
+}
+
+template <class Is>
+void ControlServer::endListeners(Is&& is) {
+  listeners_.remove_if([&](const std::shared_ptr<Listener>& one) {
+    if (!is(*one)) return false;
+    if (one->accepting) one->end->fulfill();  // Then its descriptor goes, too.
     return true;
   });
-  listeners_.push_back(made);
 }
 
 void ControlServer::listen(const std::shared_ptr<Listener>& listener) {
@@ -172,6 +185,7 @@ kj::Promise<void> ControlServer::stepLoop() {
     if (after_step_) after_step_();
     if (!spare_.valid()) spare_ = spareDescriptor();
     if (reserve_ == nullptr) reserve_ = std::make_unique<std::byte[]>(kReserveBytes);
+    endListeners([](const Listener& one) { return one.former && !somebodyWaits(one.fd); });
     for (const auto& listener : listeners_) {
       if (!listener->accepting) listen(listener);
     }

@@ -26,7 +26,10 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
 
-  /** Serves a listening Unix socket, in place of the former of its kind; who is connected stays. */
+  /**
+   * Serves a listening Unix socket, in place of the former of its kind: who is connected stays, and who waits there to
+   * be accepted is.
+   */
   void serve(UniqueFd socket, bool administration);
   /** Called after every step of the Core. */
   void onStep(std::function<void()> f) { after_step_ = std::move(f); }
@@ -39,10 +42,13 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
     kj::Own<kj::ConnectionReceiver> receiver;
     int fd;  ///< Of the receiver.
     bool administration;
+    bool former = false;                      ///< Nobody finds it any more: it goes when nobody waits in it.
     bool accepting = false;                   ///< Its loop goes on,
     kj::Own<kj::PromiseFulfiller<void>> end;  ///< until this is fulfilled.
   };
   void listen(const std::shared_ptr<Listener>& listener);
+  template <class Is>
+  void endListeners(Is&& is);
   void startSteps();
   kj::Promise<void> acceptLoop(Listener& listener);
   void notAccepted(const Listener& listener, const kj::Exception& why);

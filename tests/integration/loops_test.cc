@@ -3,6 +3,8 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
+#include <cstdio>
+#include <filesystem>
 #include <new>
 
 #include "daemon/control/core.h"
@@ -37,6 +39,10 @@ class ForgetfulTimer final : public kj::Timer {
   kj::Duration forgotten_ = kNever;
 };
 
+int descriptorsInUse() {
+  return static_cast<int>(std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {}));
+}
+
 class Loops : public testing::Test {
  protected:
   Loops() {
@@ -49,6 +55,19 @@ class Loops : public testing::Test {
     listening = std::move(*socket);
   }
   ~Loops() noexcept override { log::setLevel(log::Level::kInfo); }
+
+  /** It waits to be accepted. */
+  [[nodiscard]] UniqueFd connected() const {
+    UniqueFd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    connect(fd);
+    return fd;
+  }
+  void connect(const UniqueFd& fd) const {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  }
 
   TemporaryDirectory directory;
   std::string path = directory.path() + "/control.sock";
@@ -72,16 +91,13 @@ TEST_F(Loops, TheStepsGoOn) {
 
 TEST_F(Loops, ConnectionsAreTakenAgain) {
   const UniqueFd early(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  path.copy(address.sun_path, sizeof address.sun_path - 1);
   rlimit all{};
   ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &all), 0);
   const rlimit few{3, all.rlim_max};
   loop.pause(20);
   timer.forget(100 * kj::MILLISECONDS);
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
-  EXPECT_EQ(::connect(early.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  connect(early);
   const bool forgot = loop.until([this] { return timer.forgot(); });
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &all), 0);
   ASSERT_TRUE(forgot);
@@ -90,6 +106,24 @@ TEST_F(Loops, ConnectionsAreTakenAgain) {
   const auto state =
       client.daemon.stateRequest().send().then([&](auto&&) { answered = true; }).eagerlyEvaluate(nullptr);
   EXPECT_TRUE(loop.until([&] { return answered; }));
+}
+
+/** Whose connect() was through before somebody removed the socket. */
+TEST_F(Loops, WhoWaitsInASocketThatIsReplacedIsServed) {
+  const int open_before = descriptorsInUse();
+  const UniqueFd early = connected(), earlier = connected();
+  ASSERT_EQ(std::remove(path.c_str()), 0);
+  ASSERT_TRUE(listening.renew().ok());
+  server.serve(std::move(*listening.share()), false);
+  const UniqueFd late = connected();
+  EXPECT_TRUE(loop.until([&] { return core.clients().all().size() == 3; })) << core.clients().all().size();
+  for (const UniqueFd* each : {&early, &earlier, &late}) {
+    char byte = 0;
+    EXPECT_TRUE(::recv(each->get(), &byte, 1, MSG_DONTWAIT) < 0 && errno == EAGAIN) << "it is not hung up on";
+  }
+  const int before = steps;
+  ASSERT_TRUE(loop.until([&] { return steps > before + 2; }));
+  EXPECT_EQ(descriptorsInUse(), open_before + 6) << "both ends of three connections: the former socket is closed";
 }
 
 }  // namespace

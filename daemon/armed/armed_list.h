@@ -2,9 +2,9 @@
  * The list of devices that the daemon may have energised: a file, so that somebody else can bring them to zero when the
  * daemon is dead (hapticd-safe).
  *
- * One URI a line. Each URI keeps its place in the file; while it is not armed spaces stand there, so that every change
- * is one write and a daemon killed at any instant leaves whole lines. The daemon holds a lock on the file while it
- * lives.
+ * One URI a line. Each URI keeps its place for as long as the file is there; while it is not armed spaces stand in it,
+ * so that every change is one write and a daemon killed at any instant leaves whole lines. In a file that keep() makes
+ * anew places are given anew. The daemon holds a lock on the file while it lives.
  */
 #pragma once
 

@@ -93,8 +93,10 @@ Result<ArmedList> openArmedList(const std::string& control_socket) {
       list->settle(device.uri);
       log::warn("was armed when hapticd died, and is made safe: {}", log::printable(device.uri));
     } else {
-      log::error("was armed when hapticd died, and could not be made safe: {}: {} (if it is gone for good: remove {})",
-                 log::printable(device.uri), log::printable(device.text), log::printable(path));
+      log::error(
+          "was armed when hapticd died, and could not be made safe: {}: {} (each start tries again; if it is gone for "
+          "good: stop hapticd and delete its line from {})",
+          log::printable(device.uri), log::printable(device.text), log::printable(path));
     }
   }
   return list;  // What is not settled stays listed, for hapticd-safe when this daemon ends.

@@ -53,5 +53,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s %s%s%s\n", device.ok ? "made safe:" : "NOT MADE SAFE:", device.uri.c_str(),
                  device.ok ? "" : ": ", device.text.c_str());
   }
+  if (!all) {
+    std::fprintf(stderr,
+                 "(each start of hapticd tries again; of a device that is gone for good: delete its line from %s)\n",
+                 path.c_str());
+  }
   return all ? 0 : 1;
 }

@@ -24,6 +24,10 @@ timespec within(std::int64_t ns) noexcept {
   return {static_cast<time_t>(ns / 1'000'000'000), static_cast<long>(ns % 1'000'000'000)};
 }
 
+constexpr const char* kToBeAllowed =
+    "hapticd must be in the group of that line, mostly dialout; the service also needs "
+    "/usr/share/hapticd/serial/hapticd-serial.conf";
+
 /** Waits for `what` on the line; false at the end of time, or when it is gone. */
 bool waitFor(int fd, short what, std::int64_t ns, bool& gone) noexcept {
   pollfd one{fd, what, 0};
@@ -43,8 +47,9 @@ Result<void> TtyTransport::open() {
                            : error == EBUSY || error == EWOULDBLOCK               ? ErrorCode::kDeviceBusy
                                                                                   : ErrorCode::kSystem;
     return Error{code, path_, std::strerror(error),
-                 code == ErrorCode::kDeviceBusy ? fmt::format("'fuser -v {}' names who has it", path_)
-                                                : "is it plugged in, and may hapticd open it?"};
+                 code == ErrorCode::kDeviceBusy         ? fmt::format("'fuser -v {}' names who has it", path_)
+                 : code == ErrorCode::kPermissionDenied ? kToBeAllowed
+                                                        : "is it plugged in?"};
   };
   const int fd = ::open(path_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
   if (fd < 0) return refused(errno);

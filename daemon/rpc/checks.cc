@@ -64,6 +64,14 @@ CheckLine builder(Core& core) {
           {}};
 }
 
+CheckLine volumes(Core& core) {
+  VolumeCache* const cache = core.uploads().cache();
+  if (cache == nullptr) return {"volumes on disk", State::NOT_APPLICABLE, "builder.cache names no folder", {}};
+  if (const auto trouble = cache->trouble())
+    return {"volumes on disk", State::RED, trouble->where + ": " + trouble->what, trouble->remedy};
+  return {"volumes on disk", State::GREEN, cache->directory(), {}};
+}
+
 CheckLine socketLine(const char* name, const std::string& path) {
   if (path.empty()) return {name, State::NOT_APPLICABLE, "not served", {}};
   return {name, State::GREEN, path, {}};
@@ -142,6 +150,7 @@ std::vector<CheckLine> makeChecks(Core& core) {
                                memory(core),
                                latency(core),
                                builder(core),
+                               volumes(core),
                                vendors(),
                                socketLine("control socket", core.facts().control_socket),
                                socketLine("administration socket", core.facts().admin_socket)};

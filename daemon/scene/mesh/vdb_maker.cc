@@ -92,7 +92,8 @@ bool VdbMaker::make(const Job& job) {
   const std::string unfinished = job.vdb + ".new";
   const UniqueFd to(::open(unfinished.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (!to.valid()) {
-    log::warn("{}", toString(systemError(unfinished, "open", errno)));
+    log::warn("{}", toString(systemError(unfinished, "open", errno,
+                                         "hapticd must be able to write to that folder; builder.cache names another")));
     return false;
   }
   const int fds[] = {from.get(), to.get()};

@@ -53,9 +53,11 @@ std::optional<std::uint64_t> headerChecksum(int volume) {
   return snapshotChecksum(header);
 }
 
+constexpr const char* kNoFolder = "hapticd must be able to write to that folder; builder.cache names another";
+
 Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes) {
   UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!file.valid()) return systemError(path, "open", errno);
+  if (!file.valid()) return systemError(path, "open", errno, kNoFolder);
   CachedBuildHead head;
   head.snapshot_bytes = sizeOf(snapshot);
   head.volume_bytes = sizeOf(volume);
@@ -129,7 +131,11 @@ VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::o
     : directory_(std::move(directory)), most_bytes_(most_bytes) {
   std::error_code error;
   fs::create_directories(directory_, error);
-  if (error) log::warn("no cache of volumes: {}: {}", directory_, error.message());
+  if (!error && ::access(directory_.c_str(), W_OK | X_OK) != 0) error.assign(errno, std::generic_category());
+  if (error) {
+    trouble_ = Error{ErrorCode::kSystem, directory_, error.message(), kNoFolder};
+    log::warn("built volumes are not kept on disk: {}", toString(*trouble_));
+  }
   for (const auto& file : fs::directory_iterator(directory_, error))
     if (file.path().extension() == ".new" && isOurs(file.path())) fs::remove(file.path(), error);
   (void)entriesOf(directory_);  // What an older hapticd made goes.
@@ -292,6 +298,17 @@ void VolumeCache::write() noexcept {
   }
 }
 
+void VolumeCache::notKept(Error why) {
+  log::warn("a volume is not kept on disk: {}", toString(why));
+  const std::lock_guard lock(mutex_);
+  trouble_ = std::move(why);
+}
+
+std::optional<Error> VolumeCache::trouble() {
+  const std::lock_guard lock(mutex_);
+  return trouble_;
+}
+
 void VolumeCache::store(const Job& job) {
   const std::string path = pathOf(job.key), vdb = vdbOf(job.key), unfinished = path + ".new";
   std::error_code error, ignored;
@@ -301,16 +318,20 @@ void VolumeCache::store(const Job& job) {
     return;
   }
   if (const auto written = writeFile(unfinished, job.snapshot.get(), job.volume.get(), job.notes); !written) {
-    log::warn("a volume is not kept on disk: {}", toString(written.error()));
+    notKept(written.error());
     fs::remove(unfinished, ignored);
     return;
   }
   fs::remove(vdb, ignored);  // Of another volume than the one that comes.
   fs::rename(unfinished, path, error);
   if (error) {
-    log::warn("a volume is not kept on disk: {}: {}", path, error.message());
+    notKept({ErrorCode::kSystem, path, error.message(), kNoFolder});
     fs::remove(unfinished, ignored);
     return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    trouble_.reset();
   }
   prune();
   if (maker_) maker_->want(path, vdb, true);

@@ -64,6 +64,9 @@ class VolumeCache {
    * not kept, and the log says so.
    */
   void keep(const std::string& key, UniqueFd snapshot, UniqueFd volume, const std::vector<std::string>& notes);
+  [[nodiscard]] const std::string& directory() const { return directory_; }
+  /** Why the last one could not be kept there, or none can be; nothing once one is. */
+  [[nodiscard]] std::optional<Error> trouble();
   /** Those longest unused first. */
   [[nodiscard]] std::vector<CachedVolume> list();
   /**
@@ -91,6 +94,7 @@ class VolumeCache {
   /** The writing thread: until nothing waits. */
   void write() noexcept;
   void store(const Job& job);
+  void notKept(Error why);
   void prune();
 
   std::string directory_;
@@ -98,6 +102,7 @@ class VolumeCache {
   std::thread writer_;  ///< Runs, or is about to end, while there are jobs.
   std::mutex mutex_;
   std::deque<Job> jobs_;             ///< Under the mutex, but for what the writer does with the first.
+  std::optional<Error> trouble_;     ///< Under the mutex.
   std::mutex pruning_;               ///< By both threads.
   std::unique_ptr<VdbMaker> maker_;  ///< Null: none are made. Last, so that its thread ends first.
 };

@@ -303,8 +303,13 @@ TEST_F(Cache, whatTheDiskHasNoRoomForIsToldAndLeavesNothing) {
             std::string::npos)
       << said;
   EXPECT_TRUE(fs::is_empty(directory_.path()));
+  const auto trouble = cache.trouble();
+  ASSERT_TRUE(trouble.has_value());
+  EXPECT_EQ(trouble->where, directory_.path() + "/key.hvol.new");
+  EXPECT_NE(trouble->remedy.find("make room"), std::string::npos) << trouble->remedy;
   keep(cache, "key");
   EXPECT_TRUE(cache.find("key").has_value()) << "there is room again";
+  EXPECT_FALSE(cache.trouble().has_value());
 }
 
 TEST_F(Cache, whatCannotTakeItsPlaceIsToldAndLeavesNothing) {

@@ -97,6 +97,16 @@ TEST(RetellingProperty, WhatAFlatSideIsCutIntoIsNotFelt) {
   }
 }
 
+/** Nor over which ridge of a flat side a hand without friction goes, however many triangles lie between. */
+TEST(RetellingProperty, WhatAFlatSideIsCutIntoIsNotFeltWithoutFriction) {
+  for (const bool ball : {false, true}) {
+    SceneWish wish;
+    wish.bodies = 1;
+    wish.ball = ball;
+    EXPECT_LE(differences(wish, cut).ever, 3) << (ball ? "ball" : "point");
+  }
+}
+
 /**
  * Who sticks in a hollow of one mesh is as deep as both its sides tell, whichever of their faces a sweep has met: also
  * while something else moves that reaches about the hand, and all is looked at afresh.

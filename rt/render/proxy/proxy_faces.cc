@@ -3,6 +3,7 @@
 
 #include "rt/geometry/nearest/pseudo_normal.h"
 #include "rt/geometry/triangle.h"
+#include "rt/render/proxy/flat_side.h"
 #include "rt/render/proxy/proxy_step.h"
 #include "rt/render/proxy/seen_face.h"
 
@@ -11,32 +12,12 @@ namespace {
 
 constexpr double kAbove = 2;    // Times as high as need be: what stands beside the way is cleared, too.
 constexpr double kMaxLift = 2;  // Of the straight way: more is rounding, where edges nearly coincide.
+constexpr int kFewOfSide = 8;   // Triangles of a flat side whose ridges are looked at.
 constexpr int kMaxLeads = 2;    // In a tick: what keeps standing in the way is gone along step by step.
 
 /** Whether x, seen along the normal, is on the inner side of the edges from a to b and from b to c. */
 bool covers(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& normal, const Vec3& x) HD_RT {
   return (b - a).cross(x - a).dot(normal) >= 0 && (c - b).cross(x - b).dot(normal) >= 0;
-}
-
-/**
- * Of a face above the hip's foot, `depth` below it: of the neighbours over a ridge whose planes are nearer to the hip
- * the nearest, so that the order of corners decides nothing. HD_NO_INDEX: there is none.
- */
-std::uint32_t nearerNeighbour(const SeenFace& f, const Vec3& hip, double depth) HD_RT {
-  if (!(depth > 0)) return HD_NO_INDEX;
-  std::uint32_t nearest = HD_NO_INDEX;
-  double less2 = kClearlyNearer * kClearlyNearer * depth * depth;
-  for (int k = 0; k < 3; ++k) {
-    Vec3 opposite;
-    if (!f.isNear(k, depth) || !f.beyond(k, opposite) || !(f.up.dot(opposite) < 0)) continue;
-    // Above the hip, times the neighbour's doubled area.
-    const double height = -opposite.dot(f.along[k].cross(hip - f.v[k]));
-    const double area = area2(opposite, f.along[k]);
-    if (!(height > 0 && height * height < less2 * area)) continue;
-    nearest = f.mesh.neighbours[f.triangle][k];
-    less2 = height * height / area;
-  }
-  return nearest;
 }
 
 /** Of a face on the way, raised by radius and skin. Not set before it is used: most ways are short. */
@@ -56,8 +37,9 @@ constexpr int kMaxFaces = 32;
 struct Walk {
   const MeshView& mesh;
   Vec3 hip;
-  double radius;    ///< Of the ball,
-  double skin;      ///< and how far it stays above.
+  double radius;  ///< Of the ball,
+  double skin;    ///< and how far it stays above.
+  std::uint32_t& work;
   double friction;  ///< The dynamic coefficient of a proxy that slips, 0 of one without friction.
   WalkedPlane (&face)[kMaxFaces];
   Vec3 eased = Vec3::Zero();  ///< As followFaces() has it.
@@ -119,7 +101,7 @@ bool Walk::toEnd(std::uint32_t first) HD_RT {
       if (next == before) return seekInHollow(f, out);
       if (count == kMaxFaces) return false;
     } else {
-      if (friction == 0) next = nearerNeighbour(f, hip, skin - plane.height(hip) - radius);
+      if (friction == 0) next = nearerThanSide(f, hip, skin - plane.height(hip) - radius, kFewOfSide, work);
       if (next == HD_NO_INDEX || next == before || count == kMaxFaces) return true;
     }
     before = triangle;
@@ -183,7 +165,7 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
       object.shape.mesh->neighbours == nullptr)
     return false;
   WalkedPlane faces[kMaxFaces];
-  Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, friction, faces};
+  Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, step.work, friction, faces};
   if (friction > 0) {
     walk.proxy = object.toLocal(at_W);
     walk.eased = object.R_WO.transpose() * eased;

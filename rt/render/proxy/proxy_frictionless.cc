@@ -3,14 +3,14 @@
 #include <limits>
 
 #include "rt/geometry/nearest/pseudo_normal.h"
+#include "rt/render/proxy/flat_side.h"
 #include "rt/render/proxy/proxy_step.h"
 #include "rt/render/proxy/seen_face.h"
 
 namespace hapticd {
 namespace {
 
-constexpr int kMaxFacesAtRest = 256;  // Looked at for where a proxy without friction would be,
-constexpr int kMaxOfSide = 48;        // and of one flat side.
+constexpr int kMaxFacesAtRest = 256;  // Looked at for where a proxy without friction would be.
 
 /** Height of x above the faces of a box or cylinder that meet in the rim about `point`, and over it above the rim. */
 double heightAtRim(const Shape& shape, FeatureKind kind, const Vec3& point, const Vec3& x) HD_RT {
@@ -29,13 +29,6 @@ double heightAtRim(const Shape& shape, FeatureKind kind, const Vec3& point, cons
   return out > 0 ? out : height.maxCoeff();
 }
 
-/** How far x is from the edge of the triangle that begins at `corner`. */
-double distanceToEdge(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x) HD_RT {
-  const Vec3 from = mesh.vertex(triangle, static_cast<int>(corner)), out = x - from;
-  const Vec3 along = mesh.vertex(triangle, static_cast<int>(corner + 1) % 3) - from;
-  return (out - std::clamp(out.dot(along) / along.squaredNorm(), 0.0, 1.0) * along).norm();
-}
-
 /** Of the triangles about a corner the one below whose plane x is least deep. */
 std::uint32_t highestAbout(const MeshView& mesh, std::uint32_t triangle, std::uint32_t corner, const Vec3& x,
                            std::uint32_t& work) HD_RT {
@@ -50,42 +43,6 @@ std::uint32_t highestAbout(const MeshView& mesh, std::uint32_t triangle, std::ui
     t = mesh.neighbours[t][cornerOf(mesh, t, vertex)];
   }
   return best;
-}
-
-/**
- * Of a face above the hip's foot, `depth` below it, and of all that lie in one plane with it about that foot: of the
- * planes beyond their ridges that are nearer to the hip the nearest. However a flat side is cut, it is the same.
- * HD_NO_INDEX: there is none.
- */
-std::uint32_t nearerThanSide(const SeenFace& f, const Vec3& hip, double depth, std::uint32_t& work) HD_RT {
-  if (!(depth > 0)) return HD_NO_INDEX;
-  std::uint32_t nearest = HD_NO_INDEX;
-  double less2 = kClearlyNearer * kClearlyNearer * depth * depth;
-  const Vec3 foot = hip - f.up.dot(hip - f.v[0]) / f.up2 * f.up;
-  std::uint32_t side[kMaxOfSide] = {f.triangle};
-  int count = 1;
-  for (int i = 0; i < count; ++i, ++work) {
-    const SeenFace g(f.mesh, side[i]);
-    for (int k = 0; k < 3; ++k) {
-      Vec3 opposite;
-      if (!g.beyond(k, opposite)) continue;
-      const double to_edge = distanceToEdge(f.mesh, side[i], static_cast<std::uint32_t>(k), foot);
-      if (!(to_edge * to_edge <= kTan2 * depth * depth)) continue;
-      const double rise = g.up.dot(opposite), area = area2(opposite, g.along[k]);
-      const std::uint32_t across = f.mesh.neighbours[side[i]][k];
-      if (rise * rise * g.along[k].squaredNorm() <= kFlat * g.up2 * area) {
-        if (count < kMaxOfSide && std::find(side, side + count, across) == side + count) side[count++] = across;
-        continue;
-      }
-      if (!(rise < 0)) continue;
-      // Above the hip, times the doubled area of what is beyond.
-      const double height = -opposite.dot(g.along[k].cross(hip - g.v[k]));
-      if (!(height > 0 && height * height < less2 * area)) continue;
-      nearest = across;
-      less2 = height * height / area;
-    }
-  }
-  return nearest;
 }
 
 }  // namespace
@@ -119,7 +76,8 @@ double ProxyRenderer::depthAtRest(Step& step, int i) const HD_RT {
     f.seek(hip);
     const double depth = f.up.dot(f.v[0] - hip) / std::sqrt(f.up2);
     const int out = f.out();
-    const std::uint32_t next = out < 0 ? nearerThanSide(f, hip, depth, step.work) : mesh.neighbours[triangle][out];
+    const std::uint32_t next =
+        out < 0 ? nearerThanSide(f, hip, depth, kMaxOfSide, step.work) : mesh.neighbours[triangle][out];
     if (out < 0 && (next == HD_NO_INDEX || next == before)) return depth + radius_;
     if (next == HD_NO_INDEX) return 0;
     if (next == before) {  // The feet on both lie beyond the edge they share: in its hollow, or on it if they are flat.

@@ -64,7 +64,7 @@ CheckLine builder(Core& core) {
           {}};
 }
 
-CheckLine cachedVolumes(Core& core) {
+CheckLine folderOfVolumes(Core& core) {
   VolumeCache* const cache = core.uploads().cache();
   if (cache == nullptr) return {"volumes on disk", State::NOT_APPLICABLE, "builder.cache names no folder", {}};
   if (const auto trouble = cache->trouble())
@@ -150,7 +150,7 @@ std::vector<CheckLine> makeChecks(Core& core) {
                                memory(core),
                                latency(core),
                                builder(core),
-                               cachedVolumes(core),
+                               folderOfVolumes(core),
                                vendors(),
                                socketLine("control socket", core.facts().control_socket),
                                socketLine("administration socket", core.facts().admin_socket)};

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "daemon/config/config.h"
@@ -31,11 +32,15 @@ std::string folderOf(const std::string& path) {
   return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/** The default for what is not there. */
-FileId idAt(const std::string& path) {
+/** The default for what is not there; nothing where that cannot be seen. */
+std::optional<FileId> lookAt(const std::string& path) {
   struct stat info {};
-  return lstat(path.c_str(), &info) == 0 ? FileId{info.st_dev, info.st_ino} : FileId{};
+  if (lstat(path.c_str(), &info) == 0) return FileId{info.st_dev, info.st_ino};
+  if (errno == ENOENT || errno == ENOTDIR) return FileId{};
+  return std::nullopt;
 }
+
+FileId idAt(const std::string& path) { return lookAt(path).value_or(FileId{}); }
 
 FileId idOf(int fd) {
   struct stat info {};
@@ -164,7 +169,10 @@ ListenSocket ListenSocket::adopt(UniqueFd fd, std::string path) {
   return out;
 }
 
-bool ListenSocket::lost() const { return mode_ != 0 && (file_ == FileId{} || idAt(path_) != file_); }
+bool ListenSocket::lost() const {
+  if (mode_ == 0) return false;
+  return file_ == FileId{} || lookAt(path_).value_or(file_) != file_;
+}
 
 Result<void> ListenSocket::renew() {
   const std::string path = path_;

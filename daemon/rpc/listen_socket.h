@@ -41,7 +41,10 @@ class ListenSocket {
   [[nodiscard]] Result<UniqueFd> share() const { return duplicate(fd_.get()); }
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] bool valid() const { return fd_.valid(); }
-  /** Whether it is one that bind() made and that nobody can find any more: removed, or another stands there. */
+  /**
+   * Whether it is one that bind() made and that nobody can find any more: removed, or another stands there. Not where
+   * that cannot be seen, as in a folder whose rights were taken away: it is found again when they come back.
+   */
   [[nodiscard]] bool lost() const;
   /** bind() once more, in the place of one that is lost. After an error it is still lost. Asks nobody for the group. */
   [[nodiscard]] Result<void> renew();

@@ -94,6 +94,19 @@ class WithoutDaemon(Case):
         self.assertEqual((done.returncode, done.stdout), (7, "hello a b --flag\n"))
 
 
+class AnEditedConfiguration(Case):
+    def test_doctor_says_that_it_is_not_in_force(self):
+        def check():
+            checks = json.loads(self.run_ctl("--json", "doctor", exit_code=1).stdout)["checks"]
+            return next(one for one in checks if one["name"] == "configuration")
+        file = self.directory / "hapticd.toml"
+        self.assertEqual((check()["state"], check()["detail"]), ("green", str(file)))
+        time.sleep(1.1)  # What is edited within a second of the start may have been read.
+        file.write_text(file.read_text() + "# edited\n")
+        self.assertEqual(check()["state"], "red")
+        self.assertIn(f"hapticd --check-config --config {file}", check()["remedy"])
+
+
 class WithDaemon(Case):
     def test_looking(self):
         self.assertIn("sim://default", self.run_ctl("list").stdout)

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <tuple>
 
+#include "tests/support/process/child_process.h"
 #include "tests/support/process/temporary_directory.h"
 
 namespace hapticctl {
@@ -121,6 +123,36 @@ TEST_F(HostChecksTest, EveryRedHasItsRemedyInOneLine) {
     EXPECT_EQ(c.remedy.find('\n'), std::string::npos) << c.name;
   }
   EXPECT_GE(red, 4u);
+}
+
+TEST_F(HostChecksTest, AConfigurationThatWasEditedSinceIsRed) {
+  using std::chrono_literals::operator""h;
+  const auto now = std::chrono::system_clock::now();
+  const std::string file = root_ / "hapticd.toml";
+  EXPECT_EQ(configurationCheck("", now).state, CheckState::kGreen) << "built in";
+  EXPECT_EQ(configurationCheck("here.toml", now).state, CheckState::kNotApplicable) << "where the daemon was started";
+  EXPECT_EQ(configurationCheck(file, now).state, CheckState::kRed) << "gone";
+  write("/hapticd.toml", "[servo]");
+  std::filesystem::last_write_time(file, std::filesystem::file_time_type::clock::now() - 100h);
+  EXPECT_EQ(configurationCheck(file, std::nullopt).state, CheckState::kNotApplicable);
+  EXPECT_EQ(configurationCheck(file, now + 1h).state, CheckState::kGreen);
+  const HostCheck edited = configurationCheck(file, now - 1h);
+  EXPECT_EQ(edited.state, CheckState::kRed) << "an older file was put in its place";
+  EXPECT_NE(edited.detail.find(file), std::string::npos) << edited.detail;
+  EXPECT_NE(edited.remedy.find("--check-config --config " + file), std::string::npos) << edited.remedy;
+}
+
+TEST(StartOf, IsWhenTheProcessWasForked) {
+  using std::chrono_literals::operator""ms;
+  constexpr auto kTicks = 50ms;  // It is counted in some of ten milliseconds.
+  const auto before = std::chrono::system_clock::now();
+  hapticd::test::ChildProcess child([](auto) { ::pause(); });
+  const auto after = std::chrono::system_clock::now();
+  const auto start = startOf(child.pid());
+  ASSERT_TRUE(start.has_value());
+  EXPECT_GE(*start, before - kTicks);
+  EXPECT_LE(*start, after + kTicks);
+  EXPECT_FALSE(startOf(0).has_value());
 }
 
 }  // namespace

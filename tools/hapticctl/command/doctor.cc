@@ -48,6 +48,7 @@ void askDaemon(const Globals& globals, std::vector<HostCheck>& checks) {
                       CheckState::kGreen,
                       fmt::format("hapticd {} (pid {}) answers on {}", info->version, info->pid, info->socket),
                       {}});
+    checks.push_back(configurationCheck(info->config_file, startOf(static_cast<int>(info->pid))));
     const auto list = daemon.ask<haptic_check_list>(haptic_run_doctor);
     leaveToDaemon(checks);
     for (std::uint32_t i = 0; i < list->count; ++i) {

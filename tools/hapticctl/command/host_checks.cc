@@ -4,10 +4,15 @@
 #include <grp.h>
 #include <pwd.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/utsname.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -229,6 +234,45 @@ std::vector<HostCheck> hostChecks(const HostView& view) {
               "moves locked pages: faults in the servo", "sysctl -w vm.compact_unevictable_allowed=0"),
       udevRules(view),
   };
+}
+
+std::optional<std::chrono::system_clock::time_point> startOf(int pid) {
+  std::ifstream file(fmt::format("/proc/{}/stat", pid));
+  std::string line;
+  if (!std::getline(file, line)) return std::nullopt;
+  constexpr int kStartTime = 22 - 2;  // proc(5), counted from behind the name, which may have blanks in it.
+  std::istringstream fields(line.substr(line.rfind(')') + 1));
+  std::string field;
+  for (int i = 0; i < kStartTime; ++i) fields >> field;
+  long long ticks = 0;
+  timespec up{};
+  if (!fields || std::sscanf(field.c_str(), "%lld", &ticks) != 1 || ::clock_gettime(CLOCK_BOOTTIME, &up) != 0)
+    return std::nullopt;
+  const double age_s = static_cast<double>(up.tv_sec) + 1e-9 * static_cast<double>(up.tv_nsec) -
+                       static_cast<double>(ticks) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+  using Clock = std::chrono::system_clock;
+  return Clock::now() - std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(age_s));
+}
+
+HostCheck configurationCheck(const std::string& file, std::optional<std::chrono::system_clock::time_point> started) {
+  constexpr std::chrono::seconds kUntilRead{1};  // What is edited so soon it may have read.
+  const auto answer = [](CheckState state, std::string detail, std::string remedy = {}) {
+    return HostCheck{"configuration", state, std::move(detail), std::move(remedy)};
+  };
+  if (file.empty()) return answer(kGreen, "built in");
+  if (file[0] != '/' || !started) return answer(kNotApplicable, file + ": whether it was edited is not seen from here");
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) {
+    if (errno != ENOENT && errno != ENOTDIR) return answer(kNotApplicable, file + ": " + std::strerror(errno));
+    return answer(kRed, file + ": it is gone since hapticd read it", "put it back, or restart hapticd without it");
+  }
+  // Of the inode: an older file that is put in its place changes that, too.
+  const auto edited =
+      std::chrono::system_clock::time_point(std::chrono::duration_cast<std::chrono::system_clock::duration>(
+          std::chrono::seconds(status.st_ctim.tv_sec) + std::chrono::nanoseconds(status.st_ctim.tv_nsec)));
+  if (edited < *started + kUntilRead) return answer(kGreen, file);
+  return answer(kRed, file + ": it was edited since hapticd read it",
+                fmt::format("hapticd --check-config --config {}, then restart hapticd", file));
 }
 
 const char* stateName(CheckState state) { return state == kGreen ? "green" : state == kRed ? "red" : "not applicable"; }

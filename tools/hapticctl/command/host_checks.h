@@ -3,6 +3,8 @@
  */
 #pragma once
 
+#include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,11 @@ struct HostView {
 };
 
 [[nodiscard]] std::vector<HostCheck> hostChecks(const HostView& view = {});
+/** When a process was started; nothing where the kernel does not say. */
+[[nodiscard]] std::optional<std::chrono::system_clock::time_point> startOf(int pid);
+/** Whether the configuration of a daemon that was started then has been edited since. It is read once. */
+[[nodiscard]] HostCheck configurationCheck(const std::string& file,
+                                           std::optional<std::chrono::system_clock::time_point> started);
 [[nodiscard]] const char* stateName(CheckState state);
 [[nodiscard]] Json toJson(const std::vector<HostCheck>& checks);
 

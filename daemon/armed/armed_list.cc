@@ -15,10 +15,6 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 20;  ///< A list is some hundred bytes.
 
-bool writeAt(int fd, const std::string& text, long offset) {
-  return ::pwrite(fd, text.data(), text.size(), offset) == static_cast<ssize_t>(text.size());
-}
-
 /** Whether whoever opens `path` finds this file. */
 bool isAt(int fd, const std::string& path) {
   struct stat held {
@@ -61,7 +57,8 @@ Result<UniqueFd> ArmedList::lock(const std::string& path) {
   UniqueFd file;
   for (int tries = 0; tries < 3; ++tries) {
     file.reset(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-    if (!file.valid()) return systemError(path, "open", errno, "its folder must be the daemon's own");
+    if (!file.valid())
+      return systemError(path, "open", errno, "its folder must be the daemon's own");
     if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
       const int why = errno;
       if (why != EWOULDBLOCK) return systemError(path, "flock", why);
@@ -79,12 +76,12 @@ Result<ArmedList> ArmedList::open(const std::string& path) {
   ArmedList list;
   list.path_ = path;
   list.file_ = std::move(*file);
-  const auto text = readAll(list.file_.get(), path);
+  auto text = readAll(list.file_.get(), path);
   if (!text) return text.error();
-  forLines(*text, [&](std::string_view line, long at) { list.left_.emplace(line, at); });
-  list.end_ = static_cast<long>(text->size());
+  list.text_ = std::move(*text);
+  forLines(list.text_, [&](std::string_view line, long at) { list.left_.emplace(line, at); });
   // A line that a full disk cut short is not to grow by the next one.
-  if (!text->empty() && text->back() != '\n' && writeAt(list.file_.get(), "\n", list.end_)) ++list.end_;
+  if (!list.text_.empty() && list.text_.back() != '\n') (void)list.writeAt(list.end(), "\n");
   return list;
 }
 
@@ -93,7 +90,9 @@ ArmedList::~ArmedList() {
     clear();
     return;
   }
-  for (const auto& [uri, place] : places_) remove(uri);
+  std::vector<std::string> armed;
+  for (const auto& [uri, place] : places_) armed.push_back(uri);
+  for (const std::string& uri : armed) remove(uri);
 }
 
 std::vector<std::string> ArmedList::left() const {
@@ -107,52 +106,83 @@ std::vector<std::string> ArmedList::left() const {
   return uris;
 }
 
+bool ArmedList::writeAt(long offset, const std::string& text) {
+  if (::pwrite(file_.get(), text.data(), text.size(), offset) != static_cast<ssize_t>(text.size())) return false;
+  const auto at = static_cast<std::size_t>(offset);
+  text_.resize(std::max(text_.size(), at + text.size()));
+  text_.replace(at, text.size(), text);
+  return true;
+}
+
 void ArmedList::settle(const std::string& uri) {
+  const bool known = mend().ok();
   const auto [first, last] = left_.equal_range(uri);
-  for (auto it = first; it != last; ++it) (void)writeAt(file_.get(), std::string(uri.size(), ' '), it->second);
+  for (auto it = first; known && it != last; ++it) (void)writeAt(it->second, std::string(uri.size(), ' '));
   left_.erase(first, last);
 }
 
 void ArmedList::clear() {
   if (!file_.valid()) return;
   (void)!::ftruncate(file_.get(), 0);
-  end_ = 0;
+  text_.clear();
   places_.clear();
   left_.clear();
 }
 
 Result<bool> ArmedList::keep() {
-  if (!file_.valid() || isAt(file_.get(), path_)) return false;
+  if (!file_.valid()) return false;
+  if (isAt(file_.get(), path_)) return mend();
   const std::string folder = path_.substr(0, path_.rfind('/') + 1);
   if (!folder.empty()) (void)::mkdir(folder.c_str(), 0700);  // As the socket's: open() tells what is wrong.
   auto file = lock(path_);
   if (!file) return file.error();
-  const auto there = readAll(file->get(), path_);  // Of another, who is dead: hapticd-safe looks after that, too.
+  auto there = readAll(file->get(), path_);  // Of another, who is dead: hapticd-safe looks after that, too.
   if (!there) return there.error();
+  if (auto r = writeAnew(file->get(), std::move(*there), {}); !r) return r.error();
+  file_ = std::move(*file);
+  return true;
+}
+
+Result<bool> ArmedList::mend() {
+  auto there = readAll(file_.get(), path_);
+  if (!there) return there.error();
+  if (*there == text_) return false;
+  std::map<std::string, Place> found;
+  forLines(*there, [&](std::string_view line, long at) {
+    if (has(std::string(line))) found.try_emplace(std::string(line), Place{at, true});
+  });
+  if (auto r = writeAnew(file_.get(), std::move(*there), std::move(found)); !r) return r.error();
+  return true;
+}
+
+Result<void> ArmedList::writeAnew(int file, std::string there, std::map<std::string, Place> places) {
   std::multimap<std::string, long> left;
-  forLines(*there, [&](std::string_view line, long at) { left.emplace(line, at); });
-  const long from = static_cast<long>(there->size());
-  std::string text = from > 0 ? "\n" : "";
+  forLines(there, [&](std::string_view line, long at) {
+    const auto own = places.find(std::string(line));
+    if (own == places.end() || own->second.offset != at) left.emplace(line, at);
+  });
+  const std::size_t from = there.size();
+  if (from > 0) there += '\n';
   for (const std::string& uri : this->left()) {
-    left.emplace(uri, from + static_cast<long>(text.size()));
-    text += uri + '\n';
+    if (left.count(uri) != 0) continue;
+    left.emplace(uri, static_cast<long>(there.size()));
+    there += uri + '\n';
   }
-  std::map<std::string, Place> places;
   for (const auto& [uri, place] : places_) {
-    if (!place.armed) continue;
-    places[uri] = {from + static_cast<long>(text.size()), true};
-    text += uri + '\n';
+    if (!place.armed || places.count(uri) != 0) continue;
+    places[uri] = {static_cast<long>(there.size()), true};
+    there += uri + '\n';
   }
-  if (!writeAt(file->get(), text, from)) {
+  const std::string more = there.substr(from);
+  if (::pwrite(file, more.data(), more.size(), static_cast<off_t>(from)) != static_cast<ssize_t>(more.size())) {
     const int why = errno;
-    (void)!::ftruncate(file->get(), from);
+    (void)!::ftruncate(file, static_cast<off_t>(from));
     return systemError(path_, "write", why, "make room there");
   }
-  file_ = std::move(*file);
+  text_ = std::move(there);
   places_ = std::move(places);
   left_ = std::move(left);
-  end_ = from + static_cast<long>(text.size());
-  return true;
+  return {};
 }
 
 Result<void> ArmedList::add(const std::string& uri) {
@@ -162,28 +192,28 @@ Result<void> ArmedList::add(const std::string& uri) {
     error.remedy = "see to its folder: a device that cannot be listed is not armed";
     return error;
   }
-  const auto [it, fresh] = places_.try_emplace(uri, Place{end_, false});
+  const auto [it, fresh] = places_.try_emplace(uri, Place{end(), false});
   if (it->second.armed) return {};
-  if (!writeAt(file_.get(), uri + '\n', it->second.offset)) {
+  if (!writeAt(it->second.offset, uri + '\n')) {
     const int why = errno;
     if (fresh) {
-      (void)!::ftruncate(file_.get(), end_);  // half a line says nothing
+      (void)!::ftruncate(file_.get(), end());  // half a line says nothing
       places_.erase(it);
     }
     return systemError(path_, "write", why,
                        "make room there, or see to that disk: a device that cannot be listed is not armed");
   }
-  if (fresh) end_ += static_cast<long>(uri.size()) + 1;
   it->second.armed = true;
   return {};
 }
 
 void ArmedList::remove(const std::string& uri) {
+  const bool known = mend().ok();
   settle(uri);  // What has been switched off is at zero, whoever energised it.
   const auto it = places_.find(uri);
   if (it == places_.end() || !it->second.armed) return;
   // A line that cannot be taken back costs no more than a device that is brought to zero once more.
-  (void)writeAt(file_.get(), std::string(uri.size(), ' ') + '\n', it->second.offset);
+  if (known) (void)writeAt(it->second.offset, std::string(uri.size(), ' ') + '\n');
   it->second.armed = false;
 }
 

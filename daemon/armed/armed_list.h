@@ -2,9 +2,9 @@
  * The list of devices that the daemon may have energised: a file, so that somebody else can bring them to zero when the
  * daemon is dead (hapticd-safe).
  *
- * One URI a line. Each URI keeps its place for as long as the file is there; while it is not armed spaces stand in it,
- * so that every change is one write and a daemon killed at any instant leaves whole lines. In a file that keep() makes
- * anew places are given anew. The daemon holds a lock on the file while it lives.
+ * One URI a line. Each URI keeps its place in the file; while it is not armed spaces stand there, so that every change
+ * is one write and a daemon killed at any instant leaves whole lines. In a file that somebody has removed or edited
+ * places are given anew. The daemon holds a lock on the file while it lives.
  */
 #pragma once
 
@@ -32,8 +32,8 @@ class ArmedList {
   ~ArmedList();
 
   /**
-   * Where somebody has removed the file, its folder too, or put another there: writes anew what is armed. True when it
-   * did. Call it now and then. kSystem, kDeviceBusy: it is lost still.
+   * Where somebody has removed the file, its folder too, put another there or edited it: writes anew what is armed and
+   * what is left; lines of others stay. True when it did. Call it now and then. kSystem, kDeviceBusy: it is lost still.
    */
   [[nodiscard]] Result<bool> keep();
   /** Before the device is energised. kSystem when it cannot be written, or found by its name: then it must not be. */
@@ -56,11 +56,17 @@ class ArmedList {
     long offset = 0;
     bool armed = false;
   };
+  [[nodiscard]] bool writeAt(long offset, const std::string& text);
+  [[nodiscard]] long end() const { return static_cast<long>(text_.size()); }
+  /** keep() of a file that is there: true where it was edited. Before any place is relied on. */
+  [[nodiscard]] Result<bool> mend();
+  /** To the end of a file with the text `there`, where `places` are ours already. */
+  [[nodiscard]] Result<void> writeAnew(int file, std::string there, std::map<std::string, Place> places);
 
   UniqueFd file_;
   std::string path_;
+  std::string text_;  ///< Of the file, as we have left it.
   std::map<std::string, Place> places_;
-  long end_ = 0;
   std::multimap<std::string, long> left_;  ///< By URI, where it stands.
 };
 

@@ -218,7 +218,7 @@ void keepListed(Core& core, log::RateLimit& failures, std::int64_t now_ns) {
   const auto kept = core.armedList().keep();
   std::uint64_t suppressed = 0;
   if (kept && *kept) {
-    log::warn("the list of armed devices was removed: it is written anew");
+    log::warn("the list of armed devices was removed or edited: it is written anew");
   } else if (!kept && failures.allow(now_ns, suppressed)) {
     log::error("the list of armed devices is not found and cannot be written anew: {}{}",
                log::printable(toString(kept.error())), log::suppressedNote(suppressed));

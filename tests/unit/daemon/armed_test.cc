@@ -3,6 +3,7 @@
 #include <sys/prctl.h>
 #include <sys/ptrace.h>
 
+#include <algorithm>
 #include <fstream>
 #include <random>
 #include <sstream>
@@ -132,6 +133,28 @@ TEST_F(ArmedFile, WhatSomebodyRemovedIsWrittenAnewWithItsFolder) {
   EXPECT_EQ(read(), (Uris{"woodyhid://2", "sim://x"})) << "each at its new place";
 }
 
+/** By an editor that writes into the file itself: what stood behind has moved. */
+TEST_F(ArmedFile, WhatSomebodyEditsIsMendedBeforeAPlaceIsReliedOn) {
+  std::ofstream(path()) << "woodyhid://gone\n";
+  ArmedList list = open();
+  for (const char* uri : {"sim://a", "falcon://long/one", "sim://b"}) ASSERT_TRUE(list.add(uri).ok());
+  std::ofstream(path()) << "sim://a\nfalcon://long/one\nsim://b\n";
+  auto kept = list.keep();
+  EXPECT_TRUE(kept.ok() && *kept);
+  EXPECT_EQ(armedIn(text()), (Uris{"sim://a", "falcon://long/one", "sim://b", "woodyhid://gone"}));
+  kept = list.keep();
+  EXPECT_TRUE(kept.ok() && !*kept) << "once";
+  std::ofstream(path()) << "falcon://long/one\nsim://b\nsim://another's";
+  list.remove("sim://a");
+  EXPECT_EQ(armedIn(text()), (Uris{"falcon://long/one", "sim://b", "sim://another's", "woodyhid://gone"}));
+  std::ofstream(path()) << "";
+  ASSERT_TRUE(list.add("sim://c").ok());
+  Uris all = armedIn(text());
+  std::sort(all.begin(), all.end());
+  EXPECT_EQ(all, (Uris{"falcon://long/one", "sim://another's", "sim://b", "sim://c", "woodyhid://gone"}));
+  EXPECT_EQ(list.left(), (Uris{"sim://another's", "woodyhid://gone"}));
+}
+
 TEST_F(ArmedFile, WhatAnotherPutThereStaysBesideIt) {
   {
     ArmedList list = open();
@@ -194,6 +217,38 @@ TEST_F(ArmedFile, AnySequenceOfChangesReadsBack) {
     ASSERT_EQ(read, expected);
   }
   EXPECT_LE(text().size(), 8 * (6 + 22 + 1));
+}
+
+/** Whatever somebody does to the file in between, after each change of ours it says all that is armed. */
+TEST_F(ArmedFile, AnySequenceOfChangesAndEditsListsWhatIsArmed) {
+  std::mt19937 random(seedOf(8));
+  ArmedList list = open();
+  std::map<std::string, bool> armed;
+  for (int i = 0; i < 6; ++i) armed["sim://" + std::string(static_cast<std::size_t>(1 + i * 3), 'a')] = false;
+  for (int step = 0; step < 500; ++step) {
+    if (random() % 3 == 0) {
+      Uris lines = armedIn(text());
+      std::shuffle(lines.begin(), lines.end(), random);
+      if (!lines.empty() && random() % 2 == 0) lines.pop_back();
+      if (random() % 4 == 0) lines.clear();
+      std::ofstream file(path());
+      for (const std::string& line : lines) file << line << (random() % 4 == 0 ? "\n\n" : "\n");
+    }
+    auto it = std::next(armed.begin(), static_cast<long>(random() % armed.size()));
+    it->second = random() % 2 == 0;
+    if (it->second) {
+      ASSERT_TRUE(list.add(it->first).ok());
+    } else {
+      list.remove(it->first);
+    }
+    Uris expected, read = armedIn(text());
+    for (const auto& [uri, on] : armed) {
+      if (on) expected.push_back(uri);
+    }
+    std::sort(read.begin(), read.end());
+    ASSERT_EQ(read, expected) << "at step " << step;
+  }
+  EXPECT_EQ(text().find('\0'), std::string::npos);
 }
 
 TEST(MakeSafe, CallsEachListedDeviceAndNoOther) {

@@ -85,7 +85,7 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
     }
     return way;
   };
-  // Of what is known as a whole points tell nothing more.
+  // Of what is known as a whole points tell nothing more: those of what is round look all about.
   std::array<bool, Near::kMost> counts;
   for (std::uint32_t i = 0; i < near.count; ++i) {
     Knows best = Knows::kPoint;
@@ -120,9 +120,10 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   // Of two that are led, both may come nearer in a tick.
   const double next = kTouching + 2 * dt * Tool::kRecoverSpeed;
   for (std::uint32_t j = 0; j < near.count; ++j) {
+    if (!counts[j]) continue;
     const Touch& touch = near.touch[j];
-    const bool behind = near.slot[j] == near.slot[chosen] &&
-                        (std::max(near.knows[chosen], near.knows[j]) > Knows::kPoint || below(chosen, j) >= 0);
+    const bool whole = near.knows[chosen] > Knows::kPoint;
+    const bool behind = near.slot[j] == near.slot[chosen] && (whole || below(chosen, j) >= 0);
     const double from = near.moves[j] ? next : kTouching;
     if (!behind && touch.gap < from && touch.n.dot(out.n) < -kAgainst) return Way::kBarred;
   }

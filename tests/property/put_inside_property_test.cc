@@ -34,7 +34,7 @@ struct PutTogether {
     constexpr ShapeKind kKinds[] = {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kCapsule};
     return {kKinds[random.below(3)], {random.in(least, most), random.in(least, most), random.in(least, most)}};
   }
-  void add(std::uint32_t id, const Shape& shape, const Pose& X, bool moves) {
+  void add(std::uint32_t id, const Shape& shape, const Pose& X, bool moves, bool falls = false) {
     AddObject order = test::object(id, shape.kind, shape.size, X.p);
     store(X.q, order.q);
     if (shape.kind == ShapeKind::kMesh) {
@@ -47,6 +47,7 @@ struct PutTogether {
     if (!moves) return;
     SetBody body{};
     body.object = id;
+    body.falls = falls ? 1 : 0;
     body.mass = std::pow(10, random.in(-3, 0));
     const double most = shape.size.maxCoeff();
     for (int i = 0; i < 3; ++i) body.inertia[i] = 0.4 * body.mass * most * most;
@@ -146,6 +147,53 @@ TEST(PutInsideProperty, WhateverIsMadeInEachOtherComesApart) {
                                << ", family " << static_cast<int>(family) << ", they were " << deep << " in each other";
   });
   EXPECT_GT(inside, drawn(50) * 3 / 4);
+}
+
+/** Above a floor or in it: what they gain is what they are lifted by, so that nothing is thrown, and they come apart.
+ */
+TEST(PutInsideProperty, WhatIsMadeInEachOtherUnderWeightGainsNoEnergy) {
+  constexpr double kGravity = 9.81;
+  int inside = 0;
+  forSeeds(12, [&](unsigned seed) {
+    PutTogether scene(seed);
+    Random& random = scene.random;
+    scene.add(makeObjectId(30, 1), {ShapeKind::kBox, {0.2, 0.2, 0.02}}, {{0, 0, -0.02}, Quat::Identity()}, false);
+    scene.house->send(CommandKind::kSetGravity, SetGravity{{0, 0, -kGravity}});
+    std::array<Shape, 2> shape;
+    for (Shape& one : shape) one = scene.anyShape(0.004, 0.02);
+    if (random.once(2)) shape[1] = shape[0];
+    for (std::uint8_t k = 0; k < 2; ++k) {
+      const Pose X{Vec3(0, 0, 0.01) + random.vector(0.004), random.once(2) ? Quat::Identity() : random.turn()};
+      scene.add(k == 0 ? kSolid : kInside, shape[k], X, true, true);
+    }
+    scene.house->run(1);
+    const auto overlap = [&] {
+      return test::overlapOf(shape[0], scene.body(0).pose(), shape[1], scene.body(1).pose());
+    };
+    inside += overlap() > 1e-3;
+    double mass = 0, lifted = 0;  // [kg, J]
+    const auto energy = [&](const RigidBody& body) {
+      return body.kineticEnergy() + kGravity * body.mass() * body.com().z();
+    };
+    const double first = energy(scene.body(0)) + energy(scene.body(1));
+    for (int i = 0; i < 900; ++i) {
+      const std::array<Vec3, 2> was{scene.body(0).com(), scene.body(1).com()};
+      scene.house->run(1);
+      double now = 0;
+      mass = 0;
+      for (std::uint8_t k = 0; k < 2; ++k) {
+        const RigidBody& body = scene.body(k);
+        const Vec3 led = body.com() - was[k] - kLedTick * body.twist().v;
+        ASSERT_LE(led.norm(), 1.01 * Tool::kRecoverSpeed * kLedTick) << "tick " << i;
+        lifted += kGravity * body.mass() * led.z();
+        now += energy(body);
+        mass += body.mass();
+      }
+      ASSERT_LT(now - first - lifted, 1e-6 * mass) << "tick " << i;
+    }
+    EXPECT_LT(overlap(), 5e-4);
+  });
+  EXPECT_GT(inside, 8);
 }
 
 /** Whatever lies about it, near or in it: only what is in something itself is led. */

@@ -35,7 +35,7 @@ if(HAPTICD_CCACHE)
   endif()
 endif()
 
-# Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for eight files.
+# Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for sixteen files.
 # A full build takes two thirds of the time or less, one change twice as long. Names in unnamed namespaces must then differ within a target
 # (tests/lint/names.py).
 option(HAPTICD_UNITY "Compile in batches of files" OFF)

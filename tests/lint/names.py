@@ -15,7 +15,7 @@ PROGRAMS = {"rt": r"_(portable|avx2|avx512)\.cc$", "drivers": r"_(driver|io)\.cc
             "daemon/builder": r"/(volume|vdb)/", "daemon/recording": r"^$", "tools/hapticctl": r"/main\.cc$",
             "tools/hapticctl-import": r"/(main|vdb_file|scan_file|dicom_series|nifti_whole)\.cc$", "tools/hapticctl-cut": r"/main\.cc$",
             "tools/haptic-emu": r"/main\.cc$", "tools/haptic-bench": r"/(peers|example)/|/main\.cc$"}
-TEST_RT = tuple(f"tests/unit/{room}" for room in ("base", "scene", "geometry", "render", "guard", "effect", "cycle"))
+TEST_RT = tuple(f"tests/unit/{room}" for room in ("base", "scene", "geometry", "render", "guard", "effect", "finger", "cycle"))
 ONE_BY_ONE = ("tests/fakes", "tests/fuzz", "tests/rt", "tests/support", "tests/install")
 TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|[{};()]|[^{};()"\']+')
 COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|//[^\n]*|/\*.*?\*/', re.S)

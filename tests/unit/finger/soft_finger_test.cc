@@ -12,7 +12,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kDt = 1e-3;
-constexpr double kStiffness = 1000, kStill = 0.8, kSliding = 0.6;  // Of what is touched.
+constexpr double kFloorStiffness = 1000, kFloorStill = 0.8, kFloorSliding = 0.6;  // Of what is touched.
 
 SetFinger usual() {
   SetFinger out{};
@@ -32,14 +32,14 @@ class SoftFingerTest : public ::testing::Test {
     scene.scene->advance(kDt);
     contact.object = thing;
     contact.normal = Vec3::UnitZ();
-    contact.stiffness = kStiffness;
-    contact.friction = {kStill, kSliding};
+    contact.stiffness = kFloorStiffness;
+    contact.friction = {kFloorStill, kFloorSliding};
     press(2);
     finger.set(usual());
   }
   /** With that much, and with friction keeping back a lag across [N], [m]. */
   void press(double force, const Vec3& lag = Vec3::Zero()) {
-    contact.depth = force / kStiffness;
+    contact.depth = force / kFloorStiffness;
     contact.pull = contact.depth * contact.normal + lag;
   }
   /** A tick with hand and thing turned so far about z. */
@@ -49,7 +49,9 @@ class SoftFingerTest : public ::testing::Test {
     load = finger.turn(*scene.scene, aboutZ(hand));
     return finger.settle(*scene.scene, contact, motion, kDt);
   }
-  double bears(double coefficient) const { return coefficient * kStiffness * contact.depth * FingertipConstants::kArm; }
+  double bears(double coefficient) const {
+    return coefficient * kFloorStiffness * contact.depth * FingertipConstants::kArm;
+  }
 
   test::TestScene scene;
   std::uint32_t thing;
@@ -138,14 +140,14 @@ TEST_F(SoftFingerTest, WhatTurnsIsHeldByLessThanWhatSticks) {
     finger.set(order);
     finger.reset();
     (void)tick();
-    const double sticks = 0.99 * bears(kStill) / order.stiffness;
-    EXPECT_NEAR(tick(-sticks).moment, 0.99 * bears(kStill), 1e-12);
+    const double sticks = 0.99 * bears(kFloorStill) / order.stiffness;
+    EXPECT_NEAR(tick(-sticks).moment, 0.99 * bears(kFloorStill), 1e-12);
     EXPECT_FALSE(finger.turning());
-    EXPECT_NEAR(tick(-1.02 * sticks).moment, bears(kSliding), 1e-12);
+    EXPECT_NEAR(tick(-1.02 * sticks).moment, bears(kFloorSliding), 1e-12);
     EXPECT_TRUE(finger.turning());
-    EXPECT_NEAR(tick(-1.03 * sticks).moment, bears(kSliding), 1e-12);
+    EXPECT_NEAR(tick(-1.03 * sticks).moment, bears(kFloorSliding), 1e-12);
     EXPECT_TRUE(finger.turning()) << "on, though static friction would bear it";
-    EXPECT_LT(tick(-1.029 * sticks).moment, bears(kSliding));
+    EXPECT_LT(tick(-1.029 * sticks).moment, bears(kFloorSliding));
     EXPECT_FALSE(finger.turning()) << "back";
     // One that slides has no static friction left for its twist, where they share it.
     contact.slip = true;
@@ -157,16 +159,16 @@ TEST_F(SoftFingerTest, WhatTurnsIsHeldByLessThanWhatSticks) {
 
 TEST_F(SoftFingerTest, WhatIsAcrossLeavesTheRestOfTheEllipse) {
   const double x = 0.6;  // Of static friction.
-  press(2, {x * kStill * 2 / kStiffness, 0, 0});
+  press(2, {x * kFloorStill * 2 / kFloorStiffness, 0, 0});
   (void)tick();
   (void)tick(1);
-  const double y = x * kStill / kSliding;  // Of dynamic friction.
-  EXPECT_NEAR(finger.twist() * -0.1, bears(kSliding) * std::sqrt(1 - y * y), 1e-12);
+  const double y = x * kFloorStill / kFloorSliding;  // Of dynamic friction.
+  EXPECT_NEAR(finger.twist() * -0.1, bears(kFloorSliding) * std::sqrt(1 - y * y), 1e-12);
   SetFinger order = usual();
   order.flags = kFingerUncoupled;
   finger.set(order);
   (void)tick(2);
-  EXPECT_NEAR(finger.twist() * -0.1, bears(kSliding), 1e-12) << "all of it";
+  EXPECT_NEAR(finger.twist() * -0.1, bears(kFloorSliding), 1e-12) << "all of it";
   EXPECT_EQ(load.moment, 0);
 }
 
@@ -206,7 +208,7 @@ TEST_F(SoftFingerTest, TheTwistIsViscousWithinFriction) {
   EXPECT_NEAR(tick(0.01).moment, -1e-3 + viscous, 1e-12);
   for (const double sign : {1.0, -1.0}) {
     motion.w_object.z() = 1e3 * sign;
-    EXPECT_NEAR(tick(0.01).moment, sign * bears(kStill), 1e-12);
+    EXPECT_NEAR(tick(0.01).moment, sign * bears(kFloorStill), 1e-12);
   }
 }
 

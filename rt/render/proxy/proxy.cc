@@ -43,7 +43,10 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   contact = SurfaceContact{};
   contact.proxy = contact.point = proxy_;
   holding_count_ = 0;
-  if (!isFinite(hip_W)) return;
+  if (!isFinite(hip_W)) {  // What moves meanwhile would be met from where the proxy stood before.
+    started_ = false;
+    return;
+  }
   if (!started_) reset(hip_W);
   Step step;
   step.scene = &scene;

@@ -136,7 +136,8 @@ class ProxyRenderer {
   /**
    * Moves the proxy toward `hip_W`, or around an edge to a nearer part of the surface, and computes the force
    * k (proxy - hip) plus damping against the relative velocity of hip and surface along the normal (never pulling).
-   * Objects' motion since the last tick is swept. A hip that is not finite changes nothing and gives no force.
+   * Objects' motion since the last tick is swept. A hip that is not finite gives no force, and the next step starts
+   * anew.
    */
   void step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W, double dt, SurfaceContact& contact) HD_RT;
 

@@ -3,6 +3,8 @@
  */
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"
 
@@ -56,6 +58,19 @@ TEST(ProxyAtRest, IsNotHeldByAFaceThatHasGone) {
     const ShapeParameters lower_box{static_cast<std::uint32_t>(ShapeKind::kMesh), 1, {}};
     ASSERT_EQ(swapped.t.setShape(swapped.id, lower_box), ErrorCode::kOk);
     EXPECT_NEAR(swapped.force(), 0.5, 1e-6);
+  }
+}
+
+/** Of what has moved in a tick without a reading, as the servo begins anew after one. */
+TEST(ProxyAtRest, IsNotHeldByWhereAFaceWasBeforeAReadingWasLost) {
+  for (const double radius : {0.0, 0.002}) {
+    Rest r(radius);
+    ASSERT_NEAR(r.force(), 1, 1e-9);
+    r.t.pose(r.id, {Vec3(0, 0, 0.0005), Quat::Identity()});
+    EXPECT_EQ(r.t.tick(Vec3(NAN, 0, 0)).force, Vec3::Zero());
+    EXPECT_EQ(r.force(), 0) << "about it: felt when it has been left";
+    r.t.tick(r.hip + Vec3(0, 0, 0.01));
+    EXPECT_NEAR(r.force(), 1.5, 1e-6);
   }
 }
 

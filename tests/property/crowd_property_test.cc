@@ -141,6 +141,34 @@ TEST(CrowdProperty, ASolidThatStandsThereTwiceIsFeltAsOne) {
   EXPECT_GT(contacts, 5000);
 }
 
+/** As files hold it that were merged with themselves: neither thrown, nor held from between the two. */
+TEST(CrowdProperty, AMeshWhoseSurfaceIsThereTwiceIsFeltAsOne) {
+  int contacts = 0;
+  forSeeds(60, [&](unsigned seed) {
+    Random random(seed);
+    const bool is_box = random.once(2);
+    TestMesh mesh =
+        is_box ? test::boxMesh(anySize(random, kSolidSize)) : bumpyBall(random, random.in(0.01, kSolidSize));
+    TestMesh doubled = mesh;
+    append(doubled, mesh, {});
+    const double mu = random.once(2) ? 0 : random.in(0.2, 1);
+    const hd_material material{kCrowdStiffness, 0, mu, 0.8 * mu};
+    const Pose X = random.pose(0.02);
+    TestScene one(random.once(2) ? random.in(1e-4, 2e-3) : 0), two(one.proxy.radius());
+    one.addMesh(mesh.view(), X, material);
+    two.addMesh(doubled.view(), X, material);
+    Vec3 hand = X.p + Vec3(0, 0, 0.2), way = Vec3::Zero();
+    for (int i = 0; i < 1000; ++i) {
+      if (i % 50 == 0) way = (X.p + random.vector(kSolidSize) - hand) / 50;
+      hand += way;
+      const Vec3 force = one.tick(hand).force;
+      ASSERT_NEAR((two.tick(hand).force - force).norm(), 0, 1e-6 * (1 + force.norm())) << "tick " << i;
+      contacts += one.contact.object != 0;
+    }
+  });
+  EXPECT_GT(contacts, 5000);
+}
+
 TEST(CrowdProperty, AHundredObjectsOnOneHeapLetNobodyIn) {
   int contacts = 0;
   forSeeds(15, [&](unsigned seed) {

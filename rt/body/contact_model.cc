@@ -45,7 +45,8 @@ bool ContactModel::has(std::uint32_t key) const HD_RT {
 }
 
 void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies, double reach,
-                         std::span<const std::uint8_t> body_of, std::span<const double> reach_of) HD_RT {
+                         std::span<const std::uint8_t> body_of, std::span<const double> reach_of,
+                         std::uint32_t always) HD_RT {
   const std::span<const Contact> all = found.contacts();
   const std::size_t n = std::min<std::size_t>(all.size(), kMaxContacts);
   std::array<double, kMaxContacts> distance;
@@ -83,9 +84,13 @@ void ContactModel::build(const ContactSet& found, const Pose& X_WA, std::span<co
     for (std::size_t i = 0; i < n; ++i) {
       if (distance[i] >= 0) distance[i] = std::min(distance[i], apart(all[i], chosen));
     }
+    const auto worth = [&](std::size_t i) HD_RT {
+      const bool stays = distance[i] >= 0 && all[i].feature_a == always;
+      return stays ? std::numeric_limits<double>::infinity() : distance[i] * importance[i];
+    };
     next = 0;
     for (std::size_t i = 1; i < n; ++i) {
-      if (distance[i] * importance[i] > distance[next] * importance[next]) next = i;
+      if (worth(i) > worth(next)) next = i;
     }
     if (distance[next] < 0) break;
   }

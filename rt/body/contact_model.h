@@ -27,6 +27,8 @@ struct ContactModel {
   /** Least distance at which a contact counts half as far from the others as one that touches [m]. */
   static constexpr double kLeastReach = 10e-6;
 
+  static constexpr std::uint32_t kNoFeature = ~std::uint32_t{0};
+
   struct Point {
     float p_A[3];       ///< On A's surface, in A's frame [m].
     float n_B[3];       ///< From B to A, in B's frame. Unit.
@@ -48,10 +50,11 @@ struct ContactModel {
    * reach_of[i], where that is told [m]. A tool that hardly moves so keeps all that carries it, though much more is
    * near: in a narrow hole whatever was left out would be sunk into, be the deepest of the next answer, and push out
    * another. What this model held before is preferred, so that of many that carry the same ones are kept, with the
-   * impulses that the response remembers of them.
+   * impulses that the response remembers of them. Contacts of feature `always` stay, whatever stands for them.
    */
   void build(const ContactSet& found, const Pose& X_WA, std::span<const ContactBody> bodies, double reach,
-             std::span<const std::uint8_t> body_of = {}, std::span<const double> reach_of = {}) HD_RT;
+             std::span<const std::uint8_t> body_of = {}, std::span<const double> reach_of = {},
+             std::uint32_t always = kNoFeature) HD_RT;
   [[nodiscard]] bool has(std::uint32_t key) const HD_RT;
   /** Point i now, its body at X_WB moving with V_WB (of its origin). A's centre of mass is at com_W. */
   [[nodiscard]] Touch touch(std::uint32_t i, const Pose& X_WA, const Vec3& com_W, const Pose& X_WB,

@@ -26,8 +26,8 @@ inline constexpr std::uint32_t kFirstPeak = 1u << 22;                  ///< Vert
  * of the corner (ballFeature()). */
 inline constexpr std::uint32_t kFirstMeshEdge = 1u << 23;
 
-/** No place: the whole of A and the whole of B are in each other (way_out.cc). The last of the ridges. */
-inline constexpr std::uint32_t kWayOut = kFirstPeak - 1;
+/** No place: the whole of A and the whole of B are in each other (way_out.cc). No edge has that number. */
+inline constexpr std::uint32_t kWayOut = kFeatures;
 
 /** Whether it says of which corner, edge or rim of B: the touch turns with it from tick to tick (mantle.h). */
 [[nodiscard]] constexpr bool isOfMantle(std::uint32_t feature) {

@@ -455,7 +455,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   std::array<double, kMaxContacts> reach_of;
   for (std::uint32_t i = 0; i < found_.count; ++i) reach_of[i] = kept_[i].reach;
   model.build(found_, held.X_WO, {bodies.data(), held.count}, reach_, {body_of_.data(), found_.count},
-              {reach_of.data(), found_.count});
+              {reach_of.data(), found_.count}, kWayOut);
 }
 
 }  // namespace hapticd

@@ -57,7 +57,8 @@ Result<UniqueFd> ArmedList::lock(const std::string& path) {
   UniqueFd file;
   for (int tries = 0; tries < 3; ++tries) {
     file.reset(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-    if (!file.valid()) return systemError(path, "open", errno, "its folder must be the daemon's own");
+    if (!file.valid())
+      return systemError(path, "open", errno, unlessRunOut(errno, "its folder must be the daemon's own"));
     if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
       const int why = errno;
       if (why != EWOULDBLOCK) return systemError(path, "flock", why);

@@ -75,6 +75,11 @@ std::string remedyFor(int number) {
 
 }  // namespace
 
+std::string unlessRunOut(int number, std::string remedy) {
+  std::string of_want = remedyFor(number);
+  return of_want.empty() ? remedy : of_want;
+}
+
 Error systemError(std::string where, const char* call, int number, std::string remedy) {
   if (remedy.empty()) remedy = remedyFor(number);
   return {ErrorCode::kSystem, std::move(where), std::string(call) + ": " + std::generic_category().message(number),

@@ -40,6 +40,8 @@ class UniqueFd {
 
 /** kSystem: "`where`: `call`: text of `number`". Where something has run out, the remedy for that if none is given. */
 [[nodiscard]] Error systemError(std::string where, const char* call, int number, std::string remedy = {});
+/** The remedy where something has run out, as systemError() has it; else this one, which is for want of rights. */
+[[nodiscard]] std::string unlessRunOut(int number, std::string remedy);
 
 /** A second descriptor of the same file, closed on exec. */
 [[nodiscard]] Result<UniqueFd> duplicate(int fd);

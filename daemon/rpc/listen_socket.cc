@@ -54,7 +54,9 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
   for (int attempt = 0; attempt < 10; ++attempt) {
     fd = UniqueFd(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
     if (!fd.valid())
-      return systemError(path, "open", errno, "this user must own the socket's folder; --socket names another");
+      return systemError(
+          path, "open", errno,
+          unlessRunOut(errno, "this user must be able to write to the socket's folder; --socket names another"));
     locked = flock(fd.get(), LOCK_EX | LOCK_NB) == 0;
     const bool same = idOf(fd.get()) == idAt(path);
     if (same || !locked) break;
@@ -130,7 +132,8 @@ Result<ListenSocket> ListenSocket::bindFor(const std::string& path, unsigned mod
   std::memcpy(address.sun_path, path.data(), path.size());
   const std::string folder = folderOf(path);
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
-    return systemError(folder, "mkdir", errno, "make the folder that holds it, or choose another path");
+    return systemError(folder, "mkdir", errno,
+                       unlessRunOut(errno, "make the folder that holds it, or choose another path"));
   }
 
   ListenSocket out;

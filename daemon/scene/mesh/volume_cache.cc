@@ -57,7 +57,7 @@ constexpr const char* kNoFolder = "hapticd must be able to write to that folder;
 
 Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes) {
   UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!file.valid()) return systemError(path, "open", errno, kNoFolder);
+  if (!file.valid()) return systemError(path, "open", errno, unlessRunOut(errno, kNoFolder));
   CachedBuildHead head;
   head.snapshot_bytes = sizeOf(snapshot);
   head.volume_bytes = sizeOf(volume);

@@ -11,6 +11,7 @@
 #include "daemon/armed/armed_list.h"
 #include "daemon/armed/make_safe.h"
 #include "drivers/registry.h"
+#include "tests/support/process/no_descriptors.h"
 #include "tests/support/process/temporary_directory.h"
 #include "tests/support/seeds.h"
 
@@ -188,6 +189,13 @@ TEST_F(ArmedFile, WhatIsNotFoundUnderItsNameListsNothing) {
   }
   EXPECT_TRUE(list.add("sim://x").ok());
   EXPECT_EQ(armedIn(text()), (Uris{"falcon://1", "sim://x"}));
+}
+
+TEST_F(ArmedFile, WhatHasRunOutIsNoWantOfRights) {
+  const NoDescriptors none;
+  const auto list = ArmedList::open(path());
+  ASSERT_FALSE(list.ok());
+  EXPECT_NE(list.error().remedy.find("LimitNOFILE"), std::string::npos) << list.error().remedy;
 }
 
 TEST_F(ArmedFile, AFolderThatIsNotThereIsAnError) {

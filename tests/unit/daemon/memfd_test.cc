@@ -55,6 +55,8 @@ TEST(Memfd, WhereSomethingHasRunOutTheRemedyIsNamed) {
   EXPECT_EQ(systemError("x", "call", ENOSPC).remedy, "make room on the disk");
   EXPECT_EQ(systemError("x", "call", ENOSPC, "the caller's").remedy, "the caller's");
   EXPECT_EQ(systemError("x", "call", EINVAL).remedy, "");
+  EXPECT_EQ(unlessRunOut(ENOSPC, "of rights"), "make room on the disk");
+  EXPECT_EQ(unlessRunOut(EACCES, "of rights"), "of rights");
 }
 
 TEST(Memfd, TruncationIsRefusedBothWaysOnceTheSizeIsFixed) {

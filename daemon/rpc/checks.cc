@@ -66,7 +66,8 @@ CheckLine builder(Core& core) {
 
 CheckLine folderOfVolumes(Core& core) {
   VolumeCache* const cache = core.uploads().cache();
-  if (cache == nullptr) return {"volumes on disk", State::NOT_APPLICABLE, "builder.cache names no folder", {}};
+  if (cache == nullptr)
+    return {"volumes on disk", State::NOT_APPLICABLE, "none are kept (builder.cache, builder.cache_mb)", {}};
   if (const auto trouble = cache->trouble())
     return {"volumes on disk", State::RED, trouble->where + ": " + trouble->what, trouble->remedy};
   return {"volumes on disk", State::GREEN, cache->directory(), {}};

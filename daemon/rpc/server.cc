@@ -17,6 +17,7 @@ constexpr std::uint64_t kMessageWords = 128 * 1024;  ///< 1 MiB: the largest req
 constexpr int kMessageNesting = 16;
 constexpr std::size_t kReserveBytes = 256 * 1024;
 constexpr int kMostTurnedAway = 64;             ///< At a time: as many as the backlog holds.
+constexpr int kIdleSteps = 2;                   ///< Of a former socket: in one, who is accepted may not be served yet.
 constexpr std::size_t kFlowWords = 128 * 1024;  ///< Requests under way of one client before its reading pauses.
 
 capnp::ReaderOptions readerOptions() {
@@ -78,7 +79,7 @@ void ControlServer::serve(UniqueFd socket, bool administration) {
   const int fd = socket.release();
   auto receiver = io_.wrapListenSocketFd(
       fd, kj::LowLevelAsyncIoProvider::TAKE_OWNERSHIP | kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC);
-  const auto made = std::make_shared<Listener>(Listener{kj::mv(receiver), fd, administration, false, false, {}});
+  const auto made = std::make_shared<Listener>(Listener{kj::mv(receiver), fd, administration, false, 0, false, {}});
   listen(made);
   endListeners([&](const Listener& one) { return one.administration == administration && one.former; });
   for (const auto& one : listeners_) one->former = one->former || one->administration == administration;
@@ -185,7 +186,9 @@ kj::Promise<void> ControlServer::stepLoop() {
     if (after_step_) after_step_();
     if (!spare_.valid()) spare_ = spareDescriptor();
     if (reserve_ == nullptr) reserve_ = std::make_unique<std::byte[]>(kReserveBytes);
-    endListeners([](const Listener& one) { return one.former && !somebodyWaits(one.fd); });
+    for (const auto& one : listeners_)
+      one->idle_steps = one->former && !somebodyWaits(one->fd) ? one->idle_steps + 1 : 0;
+    endListeners([](const Listener& one) { return one.idle_steps >= kIdleSteps; });
     for (const auto& listener : listeners_) {
       if (!listener->accepting) listen(listener);
     }

@@ -43,6 +43,7 @@ class ControlServer final : private kj::TaskSet::ErrorHandler {
     int fd;  ///< Of the receiver.
     bool administration;
     bool former = false;                      ///< Nobody finds it any more: it goes when nobody waits in it.
+    int idle_steps = 0;                       ///< In a row in which nobody waited in a former one.
     bool accepting = false;                   ///< Its loop goes on,
     kj::Own<kj::PromiseFulfiller<void>> end;  ///< until this is fulfilled.
   };

@@ -2,6 +2,7 @@
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -122,8 +123,23 @@ TEST_F(Loops, WhoWaitsInASocketThatIsReplacedIsServed) {
     EXPECT_TRUE(::recv(each->get(), &byte, 1, MSG_DONTWAIT) < 0 && errno == EAGAIN) << "it is not hung up on";
   }
   const int before = steps;
-  ASSERT_TRUE(loop.until([&] { return steps > before + 2; }));
+  ASSERT_TRUE(loop.until([&] { return steps > before + 4; }));
   EXPECT_EQ(descriptorsInUse(), open_before + 6) << "both ends of three connections: the former socket is closed";
+}
+
+/** Accepted in the very turn of the loop in which a step finds that nobody waits any more. */
+TEST_F(Loops, WhoIsAcceptedAsAStepLooksIsServed) {
+  ASSERT_TRUE(loop.until([this] { return steps > 2; }));
+  for (int round = 0; round < 20; ++round) {
+    const std::size_t before = core.clients().all().size();
+    const UniqueFd early = connected();
+    ASSERT_EQ(std::remove(path.c_str()), 0);
+    ASSERT_TRUE(listening.renew().ok());
+    server.serve(std::move(*listening.share()), false);
+    ::usleep(10'000);  // The next step is overdue.
+    EXPECT_TRUE(loop.until([&] { return core.clients().all().size() > before; }, 1)) << "in round " << round;
+    server.closeAll();
+  }
 }
 
 }  // namespace

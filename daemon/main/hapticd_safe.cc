@@ -55,7 +55,8 @@ int main(int argc, char** argv) {
   }
   if (!all) {
     std::fprintf(stderr,
-                 "(each start of hapticd tries again; of a device that is gone for good: delete its line from %s)\n",
+                 "(each start of hapticd tries again; of a device that is gone for good: delete its line from %s while "
+                 "none runs)\n",
                  path.c_str());
   }
   return all ? 0 : 1;

@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <grp.h>
 #include <gtest/gtest.h>
+#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -44,8 +45,11 @@ class Program {
     for (auto& a : arguments) argv.push_back(a.data());
     argv.push_back(nullptr);
     const int out = open(output_.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666);
+    const pid_t parent = getpid();
     pid_ = fork();
     if (pid_ == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGKILL);  // If this test is killed, so is its daemon.
+      if (getppid() != parent) _exit(97);
       dup2(out, 1);
       dup2(out, 2);
       setenv("HOME", directory.path().c_str(), 1);  // the user's own configuration is not ours

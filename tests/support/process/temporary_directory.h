@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -29,7 +30,7 @@ class TemporaryDirectory {
     lock_ = ::open(fresh.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     path_ = (folder / (kPrefix + fresh.substr(fresh.size() - 6))).string();
     if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0) std::abort();
-    if (::renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE) != 0) std::abort();
+    if (::rename(fresh.c_str(), path_.c_str()) != 0) std::abort();
   }
   TemporaryDirectory(const TemporaryDirectory&) = delete;
   TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;

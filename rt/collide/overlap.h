@@ -33,11 +33,12 @@ struct Parting {
  */
 [[nodiscard]] Parting leastParting(const Solid& first, const Solid& second) HD_RT;
 
+inline constexpr double kWithin = 5e-5;  ///< [m]
+
 /**
  * Looks for a point deeper than kWithin in both; what it finds is one, of whatever shape they are, but it may find none
  * in solids that are not convex. `limit`: of a mesh's work in all; `work` is added to.
  */
-inline constexpr double kWithin = 5e-5;  ///< [m]
 [[nodiscard]] bool findWithin(const Solid& first, const Solid& second, std::uint32_t limit, std::uint32_t& work) HD_RT;
 
 }  // namespace hapticd

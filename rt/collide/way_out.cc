@@ -24,15 +24,17 @@ void SceneContacts::tryWayOut(std::uint32_t k, const CollideRequest::Held& held,
   const Solid mine{held.shape, held.X_WO}, its{obstacle.shape, obstacle.X_WO};
   const bool first = objectSlot(held.object) < obstacle.slot;
   const Parting parting = first ? leastParting(mine, its) : leastParting(its, mine);
-  if (!(parting.way > kLittleWay) || purse.empty()) return;
+  if (!(parting.way > kLittleWay)) return;
   std::uint32_t work = 0;
-  const bool within = first ? findWithin(mine, its, purse.left(), work) : findWithin(its, mine, purse.left(), work);
+  const std::uint32_t limit = purse.empty() ? 0 : purse.left();
+  const bool within = limit > 0 && (first ? findWithin(mine, its, limit, work) : findWithin(its, mine, limit, work));
   purse.report.work += work;
+  if (!within && work >= limit) cut_ |= 1u << k;  // Then the last answer's is carried over.
   if (!within) return;
   Contact contact;
   contact.n_W = first ? Vec3(-parting.n) : parting.n;
   contact.depth = parting.way;
-  // Below its middle, so that it turns nothing.
+  // Below its middle: it hardly turns anything.
   contact.p_WA = middleOf(mine) - (first ? parting.first : parting.second) * contact.n_W;
   contact.p_WB = contact.p_WA + contact.depth * contact.n_W;
   contact.feature_a = kWayOut;

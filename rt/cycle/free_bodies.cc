@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "rt/collide/feature.h"
 #include "rt/collide/round.h"
 #include "rt/cycle/obstacles.h"
 
@@ -225,6 +226,7 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   }
   // Two coefficients make one: the geometric mean is common.
   touch.friction = std::sqrt(self.material.friction_static * object.material.friction_static);
+  if (feature == kWayOut) touch.friction = 0;  // Nothing rubs there.
   touch.key |= std::uint64_t{kMaxDevices + kMaxBodies + 1u + k} << kTagShift;
   return touch;
 }
@@ -264,13 +266,27 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   if (!entry.body.asleep()) entry.grip = grip;
 }
 
+/** In a bowl of a mesh its box leads down through the floor on which points hold. */
+bool FreeBodies::holds(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT {
+  const Entry& entry = entry_[k];
+  const ContactModel& model = entry.model;
+  const std::uint32_t slot = model.point[i].body();
+  if (!meets(scene, k, slot)) return false;
+  const auto isMesh = [&](std::uint32_t s) HD_RT { return scene.slot(s).shape.kind == ShapeKind::kMesh; };
+  if (model.point[i].feature() != kWayOut || !(isMesh(slot) || isMesh(objectSlot(entry.object)))) return true;
+  for (std::uint32_t j = 0; j < model.count; ++j) {
+    if (j != i && model.point[j].body() == slot) return false;
+  }
+  return true;
+}
+
 /** Those that have fewer leave the rest to the others: who came last would have none, and fall through the floor. */
 std::uint32_t FreeBodies::fairShare(const Scene& scene) const HD_RT {
   std::array<std::uint32_t, kMaxBodies> wanted{};
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     const ContactModel& model = entry_[k].model;
     for (std::uint32_t i = 0; i < model.count && entry_[k].mover != kNone; ++i) {
-      wanted[k] += meets(scene, k, model.point[i].body()) ? 1 : 0;
+      wanted[k] += holds(scene, k, i) ? 1 : 0;
     }
   }
   std::uint32_t most = kMaxTouches;
@@ -286,10 +302,9 @@ std::uint32_t FreeBodies::fairShare(const Scene& scene) const HD_RT {
 void FreeBodies::addTouches(const Scene& scene, std::uint8_t k, std::uint32_t most) HD_RT {
   const Entry& entry = entry_[k];
   for (std::uint32_t i = 0; i < entry.model.count && most > 0; ++i) {
-    const std::uint32_t slot = entry.model.point[i].body();
-    if (!meets(scene, k, slot)) continue;
+    if (!holds(scene, k, i)) continue;
     --most;
-    (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(slot)));
+    (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(entry.model.point[i].body())));
   }
 }
 

@@ -33,7 +33,7 @@ class FreeBodies {
  public:
   static constexpr double kStale = 0.1;      ///< No contacts for so long: a body stands still [s].
   static constexpr double kTouching = 1e-4;  ///< Gap at which a body is woken by what touches it [m].
-  static constexpr double kLeadOut = 3;      ///< The longest that what was put into something is led out of it [s].
+  static constexpr double kLeadOut = 3;      ///< The longest that what was put somewhere is led out, in its turns [s].
   static constexpr std::uint32_t kMostLooks = 2;  ///< In a tick for ways out: what it costs is the square of touches.
   static constexpr double kMostGravity = 100;     ///< [m/s^2]
   static constexpr std::uint8_t kNone = 0xff;
@@ -96,7 +96,7 @@ class FreeBodies {
     Twist before;             ///< As the tick began.
     double age = 0;           ///< Of the contacts [s].
     double put = 0;           ///< It was put elsewhere: so long until an answer tells of it there [s].
-    double leading = 0;       ///< So long it may still be led out of what it was put into [s].
+    double leading = 0;       ///< So long it may still be led out of what it was put into, by its own turns [s].
     Vec3 way = Vec3::Zero();  ///< The way; zero: it has not begun.
     double grip = 0;          ///< The least friction that held it when it was last awake.
     bool held = false;        ///< In a hand.
@@ -124,7 +124,8 @@ class FreeBodies {
     std::array<bool, kMost> mine;           ///< which found it: the plane is of this body.
     std::array<Knows, kMost> knows;
   };
-  enum class Way : std::uint8_t { kNone, kBarred, kOut };  ///< It overlaps nothing; something is in the way.
+  /** It overlaps nothing; what it is in bars it, or it has come another way; another thing is in the way. */
+  enum class Way : std::uint8_t { kNone, kBarred, kWaits, kOut };
   static void leadAnew(Entry& entry) HD_RT;
   void findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT;
   [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out) HD_RT;
@@ -134,6 +135,8 @@ class FreeBodies {
   void leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT;
   /** How many touches each body may have, so that all together have room. */
   [[nodiscard]] std::uint32_t fairShare(const Scene& scene) const HD_RT;
+  /** Whether it may hold: a mesh's box does where no point of the mesh is known. */
+  [[nodiscard]] bool holds(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   /** The first `most` of them: those that ContactModel chose first hold it best. */
   void addTouches(const Scene& scene, std::uint8_t k, std::uint32_t most) HD_RT;
   void watchRest(double dt) HD_RT;

@@ -116,7 +116,7 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   }
   if (chosen == near.count) return Way::kNone;
   out = near.touch[chosen];
-  if (begun && out.n.dot(entry.way) < -kOnward) return Way::kBarred;
+  Way way = begun && out.n.dot(entry.way) < -kOnward ? Way::kBarred : Way::kOut;
   // Of two that are led, both may come nearer in a tick.
   const double next = kTouching + 2 * dt * Tool::kRecoverSpeed;
   for (std::uint32_t j = 0; j < near.count; ++j) {
@@ -125,10 +125,12 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
     const bool whole = near.knows[chosen] > Knows::kPoint;
     const bool behind = near.slot[j] == near.slot[chosen] && (whole || below(chosen, j) >= 0);
     const double from = near.moves[j] ? next : kTouching;
-    if (!behind && touch.gap < from && touch.n.dot(out.n) < -kAgainst) return Way::kBarred;
+    if (behind || !(touch.gap < from && touch.n.dot(out.n) < -kAgainst)) continue;
+    if (near.slot[j] != near.slot[chosen]) return Way::kWaits;
+    way = Way::kBarred;
   }
   out.gap = -longest;
-  return Way::kOut;
+  return way;
 }
 
 /**
@@ -146,7 +148,7 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   Way way = findWayOut(entry, near, dt, Knows::kWhole, overlap);
   const auto known_to = near.knows.begin() + near.count;
   const bool box = std::find(near.knows.begin(), known_to, Knows::kBox) != known_to;
-  if (way != Way::kOut && box) way = findWayOut(entry, near, dt, Knows::kBox, overlap);
+  if ((way == Way::kNone || way == Way::kBarred) && box) way = findWayOut(entry, near, dt, Knows::kBox, overlap);
   if (way == Way::kNone) {
     entry.leading = 0;
     entry.way.setZero();

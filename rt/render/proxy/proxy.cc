@@ -398,7 +398,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
     proxy_ = here(step);
   }
   contact.work = step.work + step.gathered;
-  effort_ = {step.sweeps, step.work, step.gathered, step.turns};
+  effort_ = {step.sweeps, step.work, step.gathered, step.turns, step.walked};
   const Support& support = this->support(step);
   std::uint32_t object = step.met != 0 ? step.scene->slot(step.met).id : object_;
   const SceneObject* surface = support.touching ? step.scene->find(object) : nullptr;

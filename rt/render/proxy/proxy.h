@@ -83,6 +83,7 @@ struct ProxyEffort {
   std::uint32_t visited = 0;   ///< Nodes, triangles and primitives, for sweeps and looks.
   std::uint32_t gathered = 0;  ///< The same, for what is kept from tick to tick.
   std::uint32_t turns = 0;     ///< Of the tangent planes of grooves and corners.
+  std::uint32_t walked = 0;    ///< Faces of meshes followed from one to the next; among `visited`.
 };
 
 /**
@@ -98,6 +99,8 @@ class ProxyRenderer {
   static constexpr std::uint32_t kMaxWork = 50'000;
   /** Most segments one step sweeps. */
   static constexpr std::uint32_t kMaxSweeps = 64;
+  /** Faces that walks of one step look at before it begins no other: two long ones, or many short ones. */
+  static constexpr std::uint32_t kMaxWalked = 64;
 
   /** Largest ball [m]. */
   static constexpr double kMaxRadius = 0.1;

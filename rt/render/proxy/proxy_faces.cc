@@ -162,7 +162,7 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
   const Constraint& c = step.held[i];
   const SceneObject& object = step.scene->slot(c.slot);
   if (object.shape.kind != ShapeKind::kMesh || (object.flags & HD_OBJECT_TWO_SIDED) != 0 ||
-      object.shape.mesh->neighbours == nullptr)
+      object.shape.mesh->neighbours == nullptr || step.walked >= kMaxWalked)
     return false;
   WalkedPlane faces[kMaxFaces];
   Walk walk{*object.shape.mesh, step.hipIn(c.slot), radius_, c.skin, step.work, friction, faces};
@@ -183,7 +183,11 @@ bool ProxyRenderer::followFaces(Step& step, int i, const Vec3& at_W, double fric
     const WalkedPlane& plane = walk.face[walk.count - 1 - back];
     return MeshPlane{back == 0 ? walk.triangle : walk.before, {plane.normal, plane.offset - c.skin}};
   };
-  if (!walk.toEnd(first)) {
+  const bool ends = walk.toEnd(first);
+  const auto looked_at = static_cast<std::uint32_t>(walk.count);
+  step.walked += looked_at;
+  step.work += looked_at;
+  if (!ends) {
     if (walk.hollow_ends) step.seek(c.slot, lowest(0), lowest(1));
     return false;
   }

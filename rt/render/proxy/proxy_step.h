@@ -65,6 +65,7 @@ struct ProxyRenderer::Step {
   std::uint32_t sweeps = 0;
   std::uint32_t turns = 0;     ///< Of the tangent planes of grooves and corners.
   bool plain = false;          ///< No ways of several parts: one has led away.
+  std::uint32_t walked = 0;    ///< Faces looked at by walks from face to face, wherever these led.
   int leads = 0;               ///< Plans that led over edges of a mesh.
   int broken = 0;              ///< Ways above grooves that something stood in.
   std::uint32_t met = 0;       ///< Slot of the last surface met in this step, 0 for none.

@@ -3,8 +3,10 @@
  */
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
+#include "tests/support/random.h"
 #include "tests/support/seeds.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"
@@ -168,6 +170,50 @@ TEST(ProxyOnMesh, WorkIsBoundedAndTheProxyStaysWhenItIsUsedUp) {
   EXPECT_EQ(c.proxy, above);
   EXPECT_EQ(c.force, Vec3(Vec3::Zero()));
   EXPECT_EQ(t.tick(Vec3(0.9, 0.9, 0.99)).proxy, Vec3(0.9, 0.9, 0.99)) << "goes on when the way is short again";
+}
+
+constexpr std::uint32_t kLongestWalk = 32;  // From face to face.
+
+/** Also by walks that end in no plan. */
+TEST(ProxyOnMesh, FacesFollowedInATickAreFew) {
+  TestMesh mesh = test::sphereMesh(0.03, 120);
+  MeshView* const view = mesh.view();
+  std::uint32_t most = 0;
+  for (const bool ball : {false, true}) {
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      Random random(seed);
+      TestScene t(ball ? random.in(1e-4, 3e-3) : 0);
+      t.addMesh(view);
+      Vec3 hip(0, 0, 0.06), aim = hip;
+      for (int i = 0; i < 500; ++i) {
+        if (i % 15 == 0) aim = random.vector(0.04);
+        hip += std::pow(10.0, random.in(-2, -0.3)) * (aim - hip);
+        t.tick(hip);
+        most = std::max(most, t.proxy.effort().walked);
+      }
+    }
+  }
+  EXPECT_LT(most, ProxyRenderer::kMaxWalked + kLongestWalk);
+  EXPECT_GE(most, ProxyRenderer::kMaxWalked) << "no hand was thrown so that it matters";
+}
+
+/** The faces send this hand on to each other, round and round. */
+TEST(ProxyOnMesh, AWalkInACircleEndsAndCountsAsWork) {
+  TestMesh mesh;
+  const auto a = mesh.addVertex({-0.008, -0.01, -0.013}), b = mesh.addVertex({0.024, -0.011, -0.007});
+  const auto c = mesh.addVertex({0.028, 0.017, 0.028}), d = mesh.addVertex({0.008, -0.01, -0.025});
+  mesh.addTriangle(a, b, c);
+  mesh.addTriangle(a, c, d);
+  mesh.addTriangle(a, d, b);
+  mesh.addTriangle(b, d, c);
+  TestScene t;
+  t.addMesh(mesh.view(), {}, {1000, 0, 0, 0});
+  t.tick(Vec3(0.032, 0.024, 0.011));
+  t.tick(Vec3(-0.029, -0.029, -0.02));
+  const ProxyEffort& effort = t.proxy.effort();
+  EXPECT_EQ(effort.walked, kLongestWalk);
+  EXPECT_GE(effort.visited, effort.walked);
+  EXPECT_LT(effort.visited, 2 * effort.walked) << "so much else was visited that the walk would not show";
 }
 
 }  // namespace

@@ -99,8 +99,8 @@ class ProxyRenderer {
   static constexpr std::uint32_t kMaxWork = 50'000;
   /** Most segments one step sweeps. */
   static constexpr std::uint32_t kMaxSweeps = 64;
-  /** Faces that walks of one step look at before it begins no other: two long ones, or many short ones. */
-  static constexpr std::uint32_t kMaxWalked = 64;
+  /** Faces that walks of one step look at before it begins no other: four long ones, or many short ones. */
+  static constexpr std::uint32_t kMaxWalked = 128;
 
   /** Largest ball [m]. */
   static constexpr double kMaxRadius = 0.1;

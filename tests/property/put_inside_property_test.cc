@@ -279,7 +279,7 @@ TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
     goesOn(800);
     EXPECT_NEAR(scene.body(0).com().z(), deep + half.z(), 3 * Tool::kSlop);
   });
-  EXPECT_GT(pressed, drawn(24) / 2);
+  EXPECT_GT(pressed, drawn(24) / 3);
 }
 
 /** Each is led by what either knows: the other's way, back; whether one holds the other, or they are alike. */

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "rt/geometry/half_spaces.h"
 #include "rt/geometry/nearest/nearest.h"
 
 namespace hapticd {
@@ -95,13 +96,6 @@ class PartingSearch {
   Parting best_;
 };
 
-/** What is on this side of a plane. */
-struct HalfSpace {
-  Vec3 n = Vec3::Zero();
-  double offset = std::numeric_limits<double>::infinity();
-  [[nodiscard]] double above(const Vec3& x) const HD_RT { return n.dot(x) - offset; }
-};
-
 /** The half-space kWithin below the surface nearest to x; false: nobody knows. */
 bool below(const Solid& solid, const Vec3& x, std::uint32_t limit, std::uint32_t& work, HalfSpace& out) HD_RT {
   NearestQuery query;
@@ -112,23 +106,23 @@ bool below(const Solid& solid, const Vec3& x, std::uint32_t limit, std::uint32_t
   work += query.work;
   if (!found) return false;
   const double apart = std::sqrt(nearest.squared_distance), gap = nearest.isInside(query.x) ? -apart : apart;
-  out.n = solid.X_WO.q * (apart > 1e-7 ? Vec3((query.x - nearest.point) / gap) : nearest.pseudo_normal);
-  out.offset = out.n.dot(x) - gap - kWithin;
-  return isFinite(out.n);
+  out.normal = solid.X_WO.q * (apart > 1e-7 ? Vec3((query.x - nearest.point) / gap) : nearest.pseudo_normal);
+  out.offset = out.normal.dot(x) - gap - kWithin;
+  return isFinite(out.normal);
 }
 
 /** The point nearest to x in both; of nearly parallel ones in that which it is farther from. */
 Vec3 into(const HalfSpace& a, const HalfSpace& b, const Vec3& x) HD_RT {
   constexpr double kParallel = 1e-6;
-  const double over_a = a.above(x), over_b = b.above(x);
+  const double over_a = a.height(x), over_b = b.height(x);
   const HalfSpace& worse = over_a > over_b ? a : b;
   const HalfSpace& other = over_a > over_b ? b : a;
   const double over = std::max(over_a, over_b);
   if (!(over > 0)) return x;
-  const Vec3 alone = x - over * worse.n;
-  const double c = a.n.dot(b.n), det = 1 - c * c;
-  if (!(other.above(alone) > 0) || det < kParallel) return alone;
-  return x - (over_a - c * over_b) / det * a.n - (over_b - c * over_a) / det * b.n;
+  const Vec3 alone = x - over * worse.normal;
+  const double c = a.normal.dot(b.normal), det = 1 - c * c;
+  if (!(other.height(alone) > 0) || det < kParallel) return alone;
+  return x - (over_a - c * over_b) / det * a.normal - (over_b - c * over_a) / det * b.normal;
 }
 
 }  // namespace
@@ -154,7 +148,7 @@ bool findWithin(const Solid& first, const Solid& second, std::uint32_t limit, st
     for (int i = 0; i < kSteps; ++i) {
       HalfSpace a, b;
       if (!below(first, x, limit, work, a) || !below(second, x, limit, work, b)) return false;
-      if (!(a.above(x) > 1e-7) && !(b.above(x) > 1e-7)) return true;
+      if (!(a.height(x) > 1e-7) && !(b.height(x) > 1e-7)) return true;
       x += kFarther * (into(a, b, x) - x);
     }
   }

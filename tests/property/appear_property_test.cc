@@ -102,7 +102,7 @@ TEST(AppearProperty, WhatAppearsPushesNobodyHarder) {
       pressed += a.t.contact.object == a.id;
     }
   });
-  EXPECT_GT(pressed, 5000);
+  EXPECT_GT(pressed, drawn(5000));
 }
 
 /** Nor is it gone around: as long as it has not been left it is as if it were not there. */

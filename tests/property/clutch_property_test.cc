@@ -83,7 +83,7 @@ TEST(ClutchProperty, IsNoPump) {
       rising += rises ? 1 : 0;
     }
   });
-  if (seeds(2).size() < 2) return;
+  if (!drawsAll()) return;
   EXPECT_GT(clutched, 10'000);
   EXPECT_GT(felt, 10'000);
   EXPECT_GT(rising, 1000);

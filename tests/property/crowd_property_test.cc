@@ -93,7 +93,7 @@ TEST(CrowdProperty, SolidsThatOverlapInOneMeshLetNobodyIn) {
     crowd.add(mesh, random.pose(0.01));
     crowd.stroke(random, 200, contacts);
   });
-  EXPECT_GT(contacts, 2000);
+  EXPECT_GT(contacts, drawn(2000));
 }
 /** A point; a ball may come in at vertices about which faces look every way. */
 TEST(CrowdProperty, AMeshThatPassesThroughItselfLetsNoPointIn) {
@@ -110,7 +110,7 @@ TEST(CrowdProperty, AMeshThatPassesThroughItselfLetsNoPointIn) {
     crowd.add(mesh, random.pose(0.01));
     crowd.stroke(random, 200, contacts);
   });
-  EXPECT_GT(contacts, 2000);
+  EXPECT_GT(contacts, drawn(2000));
 }
 /** As a box and the mesh of its looks do: what the one lets go around lets the other, a hair apart. */
 TEST(CrowdProperty, ASolidThatStandsThereTwiceIsFeltAsOne) {
@@ -138,7 +138,7 @@ TEST(CrowdProperty, ASolidThatStandsThereTwiceIsFeltAsOne) {
       contacts += one.contact.object != 0;
     }
   });
-  EXPECT_GT(contacts, 5000);
+  EXPECT_GT(contacts, drawn(5000));
 }
 
 /** As files hold it that were merged with themselves: neither thrown, nor held from between the two. */

@@ -332,7 +332,7 @@ TEST(CycleProperty, GuardsPromisesHoldForTheWholeCycle) {
       }
     }
   });
-  if (seeds(2).size() > 1) {
+  if (drawsAll()) {
     EXPECT_GT(armed, 20'000);
     EXPECT_GT(faults, 20);
     EXPECT_GT(together, 500);
@@ -373,7 +373,7 @@ TEST(CycleProperty, ALostClientsShareOnlyFallsAndIsGoneInTime) {
       }
     }
   });
-  if (seeds(2).size() > 1) {
+  if (drawsAll()) {
     EXPECT_GT(meaningful, 20);
   }
 }

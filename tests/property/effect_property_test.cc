@@ -30,7 +30,7 @@ std::uint32_t anyObject(Random& random, EffectScene& t) {
 }
 
 TEST(EffectProperty, GuidesThatRestGiveNothingOnAnyClosedWay) {
-  forSeeds(drawn(20), [](unsigned seed) {
+  forSeeds(20, [](unsigned seed) {
     Random random(seed);
     EffectScene t;
     double most = 0;

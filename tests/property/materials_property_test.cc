@@ -98,7 +98,7 @@ TEST(MaterialsProperty, NoSofterThanTheSoftestWhereverTheHandIs) {
 /** Whatever the angle: no softer than the softest, no stiffer than the stiffest, the same by every way, and no jump. */
 TEST(MaterialsProperty, NoForceJumpsInACorner) {
   double steepest = 0;
-  forSeeds(drawn(300), [&](std::uint32_t seed) {
+  forSeeds(300, [&](std::uint32_t seed) {
     Random random(seed);
     Walls walls;
     const double between = random.in(0.2, 2.9);  // Of the normals: a wedge, a corner, a shallow valley.
@@ -194,7 +194,7 @@ TEST(MaterialsProperty, EachWallRubsWithItsOwnFriction) {
 /** From one wall into the corner and out over the other one, as stiff but not as rough, rubbing all the way. */
 TEST(MaterialsProperty, FrictionHardlyJumpsInACorner) {
   double jumps = 0;  // In all, of the force.
-  forSeeds(drawn(300), [&](std::uint32_t seed) {
+  forSeeds(300, [&](std::uint32_t seed) {
     Random random(seed);
     Walls walls;
     const double between = random.in(0.4, 2.2), stiffness = anyStiffness(random);
@@ -271,7 +271,7 @@ void whatSticksIsStillPressed(std::uint32_t seed, int& came_late) {
 }
 TEST(MaterialsProperty, WhatSticksToOneWallIsStillPressedByTheOther) {
   int came_late = 0;
-  forSeeds(drawn(100), [&](std::uint32_t seed) { whatSticksIsStillPressed(seed, came_late); });
+  forSeeds(100, [&](std::uint32_t seed) { whatSticksIsStillPressed(seed, came_late); });
   came_late = 0;  // Seed of a soak: 1 in 1000 does.
   whatSticksIsStillPressed(869016, came_late);
   EXPECT_EQ(came_late, 1);

@@ -303,35 +303,35 @@ TEST(MeshProperty, SolidsWithHolesGiveNothing) {
   int contacts = 0;
   forSeeds({53768u, 63971u, 242027u, 274822u, 117125u, 153309u, 182382u, 193202u, 230628u}, 150,
            [&](unsigned seed) { solidsWithHolesGiveNothing(seed, contacts); });
-  EXPECT_GT(contacts, 20000);
+  EXPECT_GT(contacts, drawn(20000));
 }
 TEST(MeshProperty, RoughGroundGivesNothing) {
   int touched = 0;
   forSeeds(200, [&](unsigned seed) { roughGroundGivesNothing(seed, touched); });
-  EXPECT_GT(touched, 180);
+  EXPECT_GT(touched, drawn(180));
 }
 /** First seeds of a soak in which a ball was taken along through what stood in its way. */
 TEST(MeshProperty, AMovingSurfaceSwallowsNobody) {
   int touched = 0;
   forSeeds({40722u, 40806u, 41164u}, 60, [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, 0, touched); });
-  EXPECT_GT(touched, 30);
+  EXPECT_GT(touched, drawn(30));
 }
 /** First seeds of a soak in which a point lay in a crease, pushed by one face through the other by less than a hair. */
 TEST(MeshProperty, AMovingSheetLetsNobodyThrough) {
   int touched = 0;
   forSeeds({40748u, 41948u, 43455u, 50674u, 52893u, 54153u, 54960u}, 60,
            [&](unsigned seed) { aMovingSurfaceSwallowsNobody(seed, HD_OBJECT_TWO_SIDED, touched); });
-  EXPECT_GT(touched, 30);
+  EXPECT_GT(touched, drawn(30));
 }
 TEST(MeshProperty, ATwistedSurfaceSwallowsNobody) {
   int taken = 0;
   forSeeds(60, [&](unsigned seed) { aTwistedSurfaceSwallowsNobody(seed, 0, taken); });
-  EXPECT_GT(taken, 20);
+  EXPECT_GT(taken, drawn(20));
 }
 TEST(MeshProperty, ATwistedSheetLetsNobodyThrough) {
   int taken = 0;
   forSeeds(60, [&](unsigned seed) { aTwistedSurfaceSwallowsNobody(seed, HD_OBJECT_TWO_SIDED, taken); });
-  EXPECT_GT(taken, 20);
+  EXPECT_GT(taken, drawn(20));
 }
 TEST(MeshProperty, ARoughRoomIsNeverLeft) { forSeeds(60, aRoughRoomIsNeverLeft); }
 /** Seeds of soaks: points lost beside needles whose planes were tipped; balls beside edges that faced any way, and at
@@ -340,7 +340,7 @@ TEST(MeshProperty, NeedlesHoldWhatTheyHold) {
   int touched = 0;
   forSeeds({10431u, 10603u, 11337u, 12242u, 10224u, 10351u, 12845u, 57215u, 71710u}, 60,
            [&](unsigned seed) { needlesHoldWhatTheyHold(seed, touched); });
-  EXPECT_GT(touched, 30);
+  EXPECT_GT(touched, drawn(30));
 }
 
 }  // namespace

@@ -105,7 +105,7 @@ void aRoomOfMovingWallsIsNeverLeft(unsigned seed, int& touched) {
 TEST(MovingWallsProperty, ARoomOfMovingWallsIsNeverLeft) {
   int touched = 0;
   forSeeds(60, [&](unsigned seed) { aRoomOfMovingWallsIsNeverLeft(seed, touched); });
-  EXPECT_GT(touched, 40);
+  EXPECT_GT(touched, drawn(40));
   // Seeds of a soak: a hand caught between two walls of different friction, which never let it go.
   for (const unsigned seed : {846u, 7053u}) aRoomOfMovingWallsIsNeverLeft(seed, touched);
   // And hands that felt a spring of up to 86 m, to where two walls that nearly coincide meet.

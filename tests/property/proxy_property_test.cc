@@ -381,8 +381,8 @@ TEST(ProxyProperty, AProxyAtRestIsAsNearAsItCanBe) {
     const int kind = seed % 3 == 0 ? 0 : 1;
     count[kind] += notAsNearAsTheyCanBe(seed, rested[kind]);
   }
-  EXPECT_GT(rested[0], 250);
-  EXPECT_GT(rested[1], 600);
+  EXPECT_GT(rested[0], drawn(250));
+  EXPECT_GT(rested[1], drawn(600));
   EXPECT_LE(count[0], rested[0] / 1000);
   EXPECT_LT(count[1], rested[1] / 200);
 }
@@ -397,7 +397,7 @@ TEST(ProxyProperty, ProxiesThatOnceWaitedForNothingComeNearer) {
 TEST(ProxyProperty, WhatSlipsIsInItsCone) {
   int slips = 0;
   forSeeds(200, [&](unsigned seed) { whatSlipsIsInItsCone(seed, slips); });
-  EXPECT_GT(slips, 10000);
+  EXPECT_GT(slips, drawn(10000));
   // Seeds of soaks: in a groove the contact was told of one wall alone; ticks that met too much, or had swept enough.
   for (const unsigned seed : {69u, 1100u, 5002u, 6081u, 7088u, 8111u}) whatSlipsIsInItsCone(seed, slips);
   for (const unsigned seed : {108276u, 108313u, 696034u, 696117u, 865004u, 865173u, 891075u, 891176u, 891130u})
@@ -406,7 +406,7 @@ TEST(ProxyProperty, WhatSlipsIsInItsCone) {
 TEST(ProxyProperty, AtRestTheSpringGainsNothing) {
   int contacts = 0;
   forSeeds(200, [&](unsigned seed) { theSpringGainsNothing(seed, seed % 4 < 2, contacts); });
-  EXPECT_GT(contacts, 10000);
+  EXPECT_GT(contacts, drawn(10000));
   // Seeds of a soak: what interrupted a way over its highest point left the proxy up there.
   for (const unsigned seed : {1025u, 4035u, 7046u, 18053u, 19012u, 28100u})
     theSpringGainsNothing(seed, false, contacts);
@@ -416,12 +416,12 @@ TEST(ProxyProperty, AtRestTheSpringGainsNothing) {
 TEST(ProxyProperty, NeverEntersSolidsAtRest) {
   int touched = 0;
   forSeeds(60, [&](unsigned seed) { neverEntersSolidsAtRest(seed, touched); });
-  EXPECT_GT(touched, 45);
+  EXPECT_GT(touched, drawn(45));
 }
 TEST(ProxyProperty, TheNormalLeadsFromTheHandToTheProxy) {
   int contacts = 0;
   forSeeds(300, [&](unsigned seed) { theNormalLeadsToTheProxy(seed, seed % 2 == 0, contacts); });
-  EXPECT_GT(contacts, 10000);
+  EXPECT_GT(contacts, drawn(10000));
   // Seeds of a soak: ticks whose sweeps were used up, or that met too much, told of the surface looked at last.
   for (const unsigned seed : {307166u, 677018u, 677065u, 677172u, 677177u, 686085u, 686239u, 600064u, 604987u})
     theNormalLeadsToTheProxy(seed, false, contacts);
@@ -432,13 +432,13 @@ TEST(ProxyProperty, ABallNeverEntersSolids) { forSeeds(30, aBallNeverEntersSolid
 TEST(ProxyProperty, NeverEntersSolidsInMotion) {
   int touched = 0;
   forSeeds(40, [&](unsigned seed) { neverEntersSolidsInMotion(seed, false, 1500, touched); });
-  EXPECT_GT(touched, 30);
+  EXPECT_GT(touched, drawn(30));
   neverEntersSolidsInMotion(5047024, false, 300, touched);  // Once left without its hair above a way that grazed.
 }
 TEST(ProxyProperty, ABallNeverEntersSolidsInMotion) {
   int touched = 0;
   forSeeds(30, [&](unsigned seed) { neverEntersSolidsInMotion(seed, true, 400, touched); });
-  EXPECT_GT(touched, 20);
+  EXPECT_GT(touched, drawn(20));
 }
 TEST(ProxyProperty, SameInputsSameBits) { forSeeds(10, sameInputsSameBits); }
 /** Where two ways are equally good, such as out of an unstable balance, rounding may choose. */
@@ -446,7 +446,7 @@ TEST(ProxyProperty, ScaledScenesGiveScaledProxies) {
   constexpr int kSeeds = 30;
   int same = 0;
   forSeeds(kSeeds, [&](std::uint32_t seed) { scaledProxies(seed, same); });
-  EXPECT_GT(same, 1200 * kSeeds * 99 / 100);
+  EXPECT_GT(same, drawn(1200 * kSeeds * 99 / 100));
   scaledProxies(7396020, same);  // Once led round by a point 10^12 m away, where two planes nearly coincide.
 }
 

@@ -77,7 +77,7 @@ struct PutTogether {
 
 TEST(PutInsideProperty, WhatIsAloneInSomethingComesOutSlowly) {
   unsigned inside = 0;
-  forSeeds(drawn(60), [&](unsigned seed) {
+  forSeeds(60, [&](unsigned seed) {
     PutTogether scene(seed);
     const Shape solid = scene.anyShape(0.02, 0.04), body = scene.anyShape(0.003, 0.01);  // It looks out of one side.
     const Pose X{scene.random.vector(0.02), scene.random.turn()};
@@ -107,7 +107,7 @@ TEST(PutInsideProperty, WhateverIsMadeInEachOtherComesApart) {
   enum Family : std::uint8_t { kSamePlace, kAlike, kPlates, kAny };
   constexpr int kTicks = 1500;
   unsigned inside = 0, stayed = 0;
-  forSeeds(drawn(50), [&](unsigned seed) {
+  forSeeds(50, [&](unsigned seed) {
     PutTogether scene(seed);
     Random& random = scene.random;
     const auto family = static_cast<Family>(random.below(4));
@@ -201,13 +201,13 @@ TEST(PutInsideProperty, WhatIsMadeInEachOtherUnderWeightGainsNoEnergy) {
     }
     EXPECT_LT(overlap(), 5e-4);
   });
-  EXPECT_GT(inside, 8);
+  EXPECT_GT(inside, drawn(8));
 }
 
 /** Whatever lies about it, near or in it: only what is in something itself is led. */
 TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
   unsigned led = 0, overlapped = 0;
-  forSeeds(drawn(30), [&](unsigned seed) {
+  forSeeds(30, [&](unsigned seed) {
     PutTogether scene(seed);
     const Shape solid = scene.anyShape(0.01, 0.04), body = scene.anyShape(0.003, 0.015);
     const Shape beside = scene.anyShape(0.003, 0.015);
@@ -239,7 +239,7 @@ TEST(PutInsideProperty, NobodyIsPushedByWhatIsLed) {
 /** What is made, or brought by a pose, about a body that a tool presses, for any time. */
 TEST(PutInsideProperty, WhatAToolPressedMeanwhileComesOutSlowly) {
   unsigned pressed = 0;
-  forSeeds(drawn(24), [&](unsigned seed) {
+  forSeeds(24, [&](unsigned seed) {
     PutTogether scene(seed);
     test::ToolHouse& house = *scene.house;
     Random& random = scene.random;
@@ -302,7 +302,7 @@ TEST(PutInsideProperty, TwoInEachOtherTakeOppositeWays) {
     ++deep;
     opposite += a.norm() > 5e-4 && b.norm() > 5e-4 && a.normalized().dot(b.normalized()) < -0.9;
   });
-  EXPECT_GT(deep, 30);
+  EXPECT_GT(deep, drawn(30));
   EXPECT_EQ(opposite, deep);
 }
 

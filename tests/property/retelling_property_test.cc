@@ -19,7 +19,7 @@ using test::SceneTelling;
 using test::SceneWish;
 using test::ToldScene;
 
-constexpr unsigned kRetold = drawn(150);
+constexpr unsigned kRetold = 150;
 constexpr int kRetoldTicks = 1200;
 constexpr int kLasts = 20;  // Ticks: no longer a matter of which tick something happens in.
 

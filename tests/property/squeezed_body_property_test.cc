@@ -74,7 +74,7 @@ void aSlowPressThrowsNothing(unsigned seed, double& most_squeezed) {
 
 TEST(SqueezedBodyProperty, ASlowPressThrowsNothing) {
   double most = 0;
-  forSeeds(drawn(12), [&](unsigned seed) { aSlowPressThrowsNothing(seed, most); });
+  forSeeds(12, [&](unsigned seed) { aSlowPressThrowsNothing(seed, most); });
   EXPECT_GT(most, 1.5) << "they were squeezed out";
 }
 

@@ -109,7 +109,7 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
   const PadForce pad = padForce(contact, motion, order_.damping, dt);
   out.force = pad.force;
   out.damping = pad.damping;
-  const double slide = contact.slip ? speed : 0, twirl = slips_ ? arm_ * std::abs(w_relative) : 0;
+  const double slide = contact.slip ? speed : 0, twirl = slips_ ? arm_ * w_relative : 0;
   out.cue = cueOf(std::hypot(slide, twirl), dt);
   return out;
 }

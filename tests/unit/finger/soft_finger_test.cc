@@ -210,6 +210,8 @@ TEST_F(SoftFingerTest, TheTwistIsViscousWithinFriction) {
     motion.w_object.z() = 1e3 * sign;
     EXPECT_NEAR(tick(0.01).moment, sign * bears(kFloorStill), 1e-12);
   }
+  motion.w_object.z() = 0.5;
+  EXPECT_NEAR(tick(1).moment, -bears(kFloorSliding), 1e-12) << "and what turns is not viscous";
 }
 
 /** Of the pad: damping times what the thing moves across the normal against the hand. */
@@ -281,15 +283,20 @@ TEST_F(SoftFingerTest, TheCueTellsOfEverySlip) {
     EXPECT_NEAR(out.cue.z(), std::min(2 * speed, 1.0) * std::sin(phase), 1e-9) << speed;
     EXPECT_EQ(out.cue.head<2>().norm(), 0);
   };
-  contact.velocity = contact.at_hip = Vec3{0.03, 0.04, 0.7};
+  motion.hand.v = {0.4, -0.1, 0.2};
+  const auto move = [&](const Vec3& v) { contact.velocity = contact.at_hip = motion.hand.v + v; };
+  move({0.03, 0.04, 0.7});
   expect(0, tick());
+  motion.w_object.z() = 3;
+  expect(0, tick());  // What sticks does not slip, however it turns.
+  motion.w_object.z() = 0;
   contact.slip = true;
   for (int i = 0; i < 20; ++i) expect(0.05, tick());
-  contact.velocity = contact.at_hip = Vec3{0.2, 0, 0};
+  move({0.2, 0, 0});
   for (int i = 0; i < 20; ++i) expect(0.2, tick());
-  contact.velocity = contact.at_hip = Vec3{0, 3, 0};
+  move({0, 3, 0});
   for (int i = 0; i < 20; ++i) expect(3, tick());
-  contact.velocity = contact.at_hip = Vec3{0.03, 0.04, 0.7};
+  move({0.03, 0.04, 0.7});
   motion.w_object.z() = -20;
   for (int i = 1; i < 20; ++i) expect(std::hypot(0.05, 20 * FingertipConstants::kArm), tick(i * 0.5));
   contact.slip = false;

@@ -26,13 +26,14 @@ double mostAfter(double force, double way, double own) {
 }
 
 /** It closes on a hand that lies on a table or hovers over it, over it by up to 2 mm, rests, and opens; in steps or
- * not. */
+ * not, the table at rest or heaving. */
 void aPressDoesNotKick(unsigned seed) {
   Random random(seed);
   const double radius = random.once(2) ? 0 : random.in(5e-4, kLargestBall), mu = random.once(2) ? 0 : random.in(0, 1);
   test::TestScene t(radius);
   const hd_material material{kPressed, 1, mu, 0.7 * mu};
-  t.add(ShapeKind::kBox, {0.1, 0.1, 0.05}, {{0, 0, -0.05}, Quat::Identity()}, material);
+  Pose X_floor{{0, 0, -0.05}, Quat::Identity()};
+  const std::uint32_t floor = t.add(ShapeKind::kBox, {0.1, 0.1, 0.05}, X_floor, material);
   const double tilt = random.once(2) ? 0 : std::pow(10, random.in(-7, -1)), about = random.in(0, 6.3);
   Pose X{{0, 0, 0.06}, fromRotationVector(tilt * Vec3(std::cos(about), std::sin(about), 0))};
   hd_material softer = material;
@@ -44,6 +45,7 @@ void aPressDoesNotKick(unsigned seed) {
   const double before = t.contact.force.z(), way = 1e-3 * std::pow(10, random.in(-2, 0));
   const double lowest = 0.01 - (random.once(2) ? 0 : random.in(0, 0.002));
   const int every = random.once(2) ? 1 : 5, rests = 20;
+  const double heaves = random.once(2) ? 0 : way;  // The floor, in a tick.
   double last = before;
   for (double to : {lowest, 0.06}) {
     for (int i = 0, rested = 0; rested < rests; ++i) {
@@ -52,11 +54,18 @@ void aPressDoesNotKick(unsigned seed) {
         X.p.z() = to < X.p.z() ? std::max(to, X.p.z() - way) : std::min(to, X.p.z() + way);
         t.pose(press, X);
       }
+      if (heaves > 0) {
+        X_floor.p.z() = std::clamp(X_floor.p.z() + random.in(-heaves, heaves), -0.052, -0.048);
+        t.pose(floor, X_floor);
+      }
       const double force = t.tick(hand).force.norm();
       ASSERT_LT(force, mostAfter(last, way, 0)) << "press at " << X.p.z();
       last = force;
     }
   }
+  X_floor.p.z() = -0.05;
+  t.pose(floor, X_floor);
+  for (int i = 0; i < rests; ++i) t.tick(hand);
   EXPECT_NEAR(t.tick(hand).force.z(), before, 1e-6) << "the hand is on the table as it was";
 }
 

@@ -48,7 +48,9 @@ ProxyRenderer::Pinch ProxyRenderer::pinchOf(const Step& step) HD_RT {
   Pinch pinch;
   pinch.from = proxy_;
   if (most < 0) return pinch;
-  if (carrier <= 2 * least && !(firm && step.scene->slot(carrying).loose)) mover = carrying;
+  // From what holds it once to another it would leap by how far these are in each other.
+  const bool stays = pinched_by_ != 0 ? carrying != 0 : carrier <= 2 * least;
+  if (stays && !(firm && step.scene->slot(carrying).loose)) mover = carrying;
   pinch.by = mover;
   pinch.near = radius_ + most + kAt * skin;
   pinch.from = step.scene->slot(mover).toWorld(start_[mover]);
@@ -85,7 +87,7 @@ std::uint32_t ProxyRenderer::pressedOfTwo(const Step& step, const Vec3& from) co
 
 /**
  * What moves takes the proxy along by its own way, and out of a groove that closes by some more. Farther, it stays
- * where it is relative to each object, on its side of all, held where it is by what moves least; until they part. But a
+ * where it is relative to each object, on its side of all, held where it is by what moved least, until they part. But a
  * body that lies on it comes over it, and is felt once it has been left: nobody is to be held by what he could lift.
  */
 void ProxyRenderer::leavePinch(Step& step, const Pinch& pinch) HD_RT {

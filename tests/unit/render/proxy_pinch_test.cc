@@ -87,5 +87,36 @@ TEST(ProxyPinch, ItGoesWithWhatMovesLeastAsTheyClose) {
   }
 }
 
+/** A wedge that closes takes it farther from the hand by 8 times its own way at most, and by 3 times that and half of
+ * how far it is already; else it stays where it is. */
+TEST(ProxyPinch, AWedgePushesItOutSoFarAndNoFarther) {
+  constexpr double kWay = 1e-4;
+  for (const double behind : {1e-5, 4e-4, 2e-3}) {
+    const double taken = std::hypot(behind, kWay);  // How far behind the hand is of where the press alone takes it.
+    const double most = (taken - behind) / kWay + std::min(8.0, 3 + 0.5 * taken / kWay);
+    for (const double out : {0.97 * most, 1.03 * most}) {  // Of the line in which both meet, for each metre it sinks.
+      for (const double radius : {0.0, 3e-3}) {
+        TestScene t(radius);
+        FarAway far(t);
+        const double angle = std::atan(1 / out);
+        t.add(ShapeKind::kPlane, Vec3::Zero());
+        Moved press;
+        press.X.q = Quat::FromTwoVectors(Vec3::UnitZ(), Vec3(std::sin(angle), 0, -std::cos(angle)));
+        press.id = t.add(ShapeKind::kPlane, Vec3::Zero(), press.X);
+        const Vec3 between(radius / std::tan(0.5 * angle), 0, radius), hand = between - Vec3(behind, 0, 0);
+        t.tick(between + Vec3(0.01, 0, 0.003 / out));
+        for (int i = 0; i < 5; ++i) t.tick(hand);
+        ASSERT_LT((t.contact.proxy - between).norm(), 1e-9);
+        press.by(t, -kWay);
+        far.flies.by(t, 0.02);
+        t.tick(hand);
+        const double goes = out < most ? out * kWay : 0;
+        EXPECT_LT((t.contact.proxy - between - Vec3(goes, 0, 0)).norm(), 1e-8) << behind << ' ' << out << ' ' << radius;
+        EXPECT_NEAR(t.contact.force.norm(), kJawStiffness * (behind + goes), 1e-4);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -104,11 +104,14 @@ void ProxyRenderer::leavePinch(Step& step, const Pinch& pinch) HD_RT {
     pinched_by_ = step.scene->slot(pinch.by).id;
     return;
   }
-  arrive(step, pinch.from);
+  // On what is pressed, if that is firm: what moves least may be something beside, and leave it in what rises.
+  const std::uint32_t on = pressed != 0 && !step.scene->slot(pressed).loose ? pressed : pinch.by;
+  const Vec3 from = step.scene->slot(on).toWorld(carried_[on]);
+  arrive(step, from);
   step.plain = true;
   crowded_ = true;
   settle(step);
-  if (leadsAway(pinch.from, proxy_, step.goal)) (void)goBack(step, pinch.from, 0);
+  if (leadsAway(from, proxy_, step.goal)) (void)goBack(step, from, 0);
 }
 
 /** Where objects have moved: no farther than they take it along, and not to the rims of two that close on it. */

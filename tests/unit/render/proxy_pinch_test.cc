@@ -12,7 +12,7 @@ namespace {
 
 using test::TestScene;
 
-constexpr double kJawStiffness = 1000;  // N/m
+constexpr double kJawStiffness = 1000, kSofter = 300;  // N/m, of the floor and of the ceiling.
 
 /** A thing that is moved along z. */
 struct Moved {
@@ -33,7 +33,9 @@ struct Press {
     const Vec3 half(0.05, 0.05, 0.02);
     floor.X = planes ? Pose{} : Pose{{0, 0, -half.z()}, Quat::Identity()};
     ceiling.X = {{0, 0, gap + (planes ? 0 : half.z())}, upsideDown()};
-    for (Moved* m : {&floor, &ceiling}) m->id = t.add(planes ? ShapeKind::kPlane : ShapeKind::kBox, half, m->X);
+    for (Moved* m : {&floor, &ceiling})
+      m->id = t.add(planes ? ShapeKind::kPlane : ShapeKind::kBox, half, m->X,
+                    {m == &floor ? kJawStiffness : kSofter, 0, 0, 0});
   }
   Moved floor, ceiling;
 };
@@ -50,40 +52,106 @@ struct FarAway {
   Moved stands, flies, below;
 };
 
-/** It goes with what moves least as they close, and on with that, however they move, until they part. */
+/**
+ * It goes with what moves least as they close, of two alike with that which it is on, and on with that, however they
+ * move, until they part; the spring is that of the one on which it is pressed.
+ */
 TEST(ProxyPinch, ItGoesWithWhatMovesLeastAsTheyClose) {
-  constexpr double kDeep = 2e-3, kGap = 1e-3;
-  for (const bool planes : {false, true}) {
-    for (const double radius : {0.0, 3e-3}) {
-      for (const bool by_floor : {true, false}) {
-        if (planes && !by_floor) continue;
-        TestScene t(radius);
-        Press press(t, 2 * radius + kGap, planes);
-        FarAway far(t);
-        Random random(seedOf(1));
-        const Vec3 hand(0, 0, radius - kDeep);
-        t.tick({0, 0, radius + 0.5 * kGap});
-        t.tick(hand);
-        double top = 0, proxy = 0, gap = kGap;
-        const auto go = [&](double rises, double sinks) {
-          press.floor.by(t, rises);
-          press.ceiling.by(t, -sinks);
-          far.flies.by(t, random.in(-0.02, 0.02));
-          gap -= rises + sinks;
-          top += rises;
-          proxy = gap > 0 ? top : proxy + (by_floor ? rises : -sinks);
-          EXPECT_NEAR(t.tick(hand).force.z(), kJawStiffness * (proxy + kDeep), 1e-6)
-              << planes << ' ' << radius << ' ' << by_floor << " rises " << rises << " sinks " << sinks;
-        };
-        while (gap > -5e-4) go(by_floor ? 1e-4 : 3e-4, by_floor ? 3e-4 : 1e-4);
-        for (int i = 0; i < 50 || gap > 0; ++i) {
-          const double rises = random.in(-2e-4, 2e-4);
-          go(rises, std::max(random.in(-2e-4, 2e-4), gap - rises + 1e-5));
+  constexpr double kDeep = 2e-3, kGap = 1e-3, kSlow = 1e-4;
+  for (const double side : {1.0, -1.0}) {  // Of the hand: below the floor, or above the ceiling.
+    for (const bool planes : {false, true}) {
+      for (const double radius : {0.0, 3e-3}) {
+        for (const double faster : {0.3, 1.0, 1.9, 2.1, 3.0}) {  // What it is on, than the other.
+          bool by_own = faster < 2;
+          if (planes && !by_own) continue;
+          TestScene t(radius);
+          Press press(t, 2 * radius + kGap, planes);
+          FarAway far(t);
+          Random random(seedOf(1));
+          const double stiffness = side > 0 ? kJawStiffness : kSofter;
+          Moved &own = side > 0 ? press.floor : press.ceiling, &other = side > 0 ? press.ceiling : press.floor;
+          const double on = side > 0 ? radius : radius + kGap;
+          const Vec3 hand(0, 0, on - side * kDeep);
+          t.tick({0, 0, radius + 0.5 * kGap});
+          t.tick(hand);
+          double surface = 0, proxy = 0, gap = kGap;  // Toward the other one.
+          const auto go = [&](double comes, double meets) {
+            own.by(t, side * comes);
+            other.by(t, -side * meets);
+            far.flies.by(t, random.in(-0.02, 0.02));
+            gap -= comes + meets;
+            surface += comes;
+            proxy = gap > 0 ? surface : proxy + (by_own ? comes : -meets);
+            EXPECT_NEAR(side * t.tick(hand).force.z(), stiffness * (proxy + kDeep), 1e-6)
+                << side << ' ' << planes << ' ' << radius << ' ' << faster << ": " << comes << ", " << meets;
+          };
+          const auto close = [&](double comes, double meets) {
+            while (gap > -3e-4) go(comes, meets);
+            for (int i = 0; i < 50; ++i) {
+              const double to = random.in(-2e-4, 2e-4);
+              go(to, std::max(random.in(-2e-4, 2e-4), gap - to + 1e-5));
+            }
+            go(0, gap - 5.3e-4);
+            go(1e-4, 0);
+          };
+          close(faster * kSlow, kSlow);
+          if (planes) continue;
+          by_own = !by_own;  // And when they have parted anew.
+          close(by_own ? kSlow : 3 * kSlow, by_own ? 3 * kSlow : kSlow);
         }
-        go(0, gap - 5e-4);
-        go(1e-4, 0);
       }
     }
+  }
+}
+
+/** Nobody is held by what he could lift: it comes over the hand, which goes on with what is firm. */
+TEST(ProxyPinch, AFreeBodyComesOverIt) {
+  constexpr double kDeep = 2e-3, kGap = 1e-3;
+  enum class Free { kCeiling, kBeside, kFarAway };
+  for (const Free body : {Free::kCeiling, Free::kBeside, Free::kFarAway}) {
+    const bool is_near = body == Free::kCeiling;
+    for (const double rises : {0.0, 3e-4}) {
+      TestScene t;
+      Press press(t, kGap, false);
+      FarAway far(t);
+      std::uint32_t free = is_near ? press.ceiling.id : far.stands.id;
+      if (body != Free::kFarAway) {  // It stands 5 mm away, and its ball is about the hand.
+        const std::uint32_t large = t.add(ShapeKind::kBox, Vec3::Constant(0.3), {{0.305, 0, 0}, Quat::Identity()});
+        if (!is_near) free = large;
+      }
+      t.scene->setLoose(objectSlot(free), true);
+      t.tick({0, 0, 0.5 * kGap});
+      const Vec3 hand(0, 0, -kDeep);
+      t.tick(hand);
+      double top = 0, proxy = 0, gap = kGap;
+      for (int i = 0; i < 20; ++i) {
+        press.floor.by(t, rises);
+        press.ceiling.by(t, -1e-4);
+        gap -= rises + 1e-4;
+        top += rises;
+        const bool by_floor = is_near || gap > 0 || rises == 0;
+        proxy += by_floor ? rises : -1e-4;
+        const SurfaceContact& c = t.tick(hand);
+        EXPECT_NEAR(c.force.z(), kJawStiffness * (proxy + kDeep), 1e-6) << rises << ' ' << i;
+        EXPECT_EQ(c.object, press.floor.id);
+      }
+      ASSERT_LT(gap, -5e-4);
+      t.tick(Vec3(0, 0, top + 1e-4));
+      EXPECT_EQ(t.contact.object, is_near ? 0 : press.ceiling.id) << "within what came over it";
+    }
+  }
+}
+
+/** Pressed on one that is free, by one that is firm, it goes with that, and the free one comes over it. */
+TEST(ProxyPinch, OfTwoWithAFreeBodyTheFirmOneHoldsIt) {
+  TestScene t;
+  Press press(t, 1.05e-3, false);
+  t.scene->setLoose(objectSlot(press.floor.id), true);
+  t.tick({0, 0, 0.5e-3});
+  const Vec3 hand(0, 0, -2e-3);
+  for (int i = 0; i < 20; ++i) {
+    press.ceiling.by(t, -1e-4);
+    EXPECT_NEAR(t.tick(hand).force.z(), i < 10 ? 2 : 0, 1e-6) << i;
   }
 }
 

@@ -16,12 +16,19 @@ _PATIENT = "\n[servo]\nmissed_limit = 100000\n"  # That a busy machine holds the
 
 def _locked_directory():
     """As TemporaryDirectory in temporary_directory.h: should this test be killed, the next one of C++ sweeps it."""
-    fresh = tempfile.mkdtemp(prefix="hapticd-new-")  # Not swept: it is not locked yet.
-    lock = os.open(fresh, os.O_RDONLY | os.O_DIRECTORY)
-    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    path = fresh.replace("hapticd-new-", "hapticd-tests-")
-    os.rename(fresh, path)
-    return pathlib.Path(path), lock
+    for _ in range(1000):
+        fresh = tempfile.mkdtemp(prefix="hapticd-new-")
+        path = fresh.replace("hapticd-new-", "hapticd-tests-")
+        lock = -1
+        try:
+            lock = os.open(fresh, os.O_RDONLY | os.O_DIRECTORY)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            os.rename(fresh, path)
+            return pathlib.Path(path), lock
+        except OSError:  # Another, who sweeps, was quicker than the lock.
+            if lock >= 0:
+                os.close(lock)
+    raise RuntimeError("no directory can be made")
 
 
 class OwnDaemon:

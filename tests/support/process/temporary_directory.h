@@ -25,12 +25,8 @@ class TemporaryDirectory {
     const auto folder = std::filesystem::temp_directory_path();
     static const bool kSwept = (sweep(folder), true);
     (void)kSwept;
-    std::string fresh = (folder / "hapticd-new-XXXXXX").string();  // Not swept: it is not locked yet.
-    if (mkdtemp(fresh.data()) == nullptr) std::abort();
-    lock_ = ::open(fresh.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    path_ = (folder / (kPrefix + fresh.substr(fresh.size() - 6))).string();
-    if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0) std::abort();
-    if (::rename(fresh.c_str(), path_.c_str()) != 0) std::abort();
+    for (int i = 0; !make(folder); ++i)
+      if (i == 1000) std::abort();
   }
   TemporaryDirectory(const TemporaryDirectory&) = delete;
   TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
@@ -45,12 +41,26 @@ class TemporaryDirectory {
   static void sweep(const std::filesystem::path& folder) {
     std::error_code ignored;
     for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-      if (entry.path().filename().string().starts_with(kPrefix)) sweepOne(entry.path());
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with(kPrefix) || name.starts_with(kFresh)) sweepOne(entry.path());
     }
   }
 
  private:
   static constexpr char kPrefix[] = "hapticd-tests-";
+  static constexpr char kFresh[] = "hapticd-new-";  ///< For a moment, until it is locked.
+
+  /** False: another, who sweeps, was quicker than the lock. */
+  bool make(const std::filesystem::path& folder) {
+    std::string fresh = (folder / kFresh).string() + "XXXXXX";
+    if (mkdtemp(fresh.data()) == nullptr) std::abort();
+    lock_ = ::open(fresh.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    path_ = (folder / (kPrefix + fresh.substr(fresh.size() - 6))).string();
+    if (lock_ >= 0 && ::flock(lock_, LOCK_EX | LOCK_NB) == 0 && ::rename(fresh.c_str(), path_.c_str()) == 0)
+      return true;
+    if (lock_ >= 0) ::close(lock_);
+    return false;
+  }
 
   static void sweepOne(const std::filesystem::path& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);

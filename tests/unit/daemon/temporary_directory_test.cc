@@ -48,6 +48,23 @@ TEST(TemporaryDirectories, OfTheKilledAreSweptAndNoOthers) {
   EXPECT_EQ(entries(root), 2u);
 }
 
+/** Whoever is killed before there is a lock, too. */
+TEST(TemporaryDirectories, AreSweptBeforeTheyHaveAName) {
+  const TemporaryDirectory folder;
+  const fs::path root = folder.path();
+  const std::string held = (root / "hapticd-new-locked").string();
+  fs::create_directory(held);
+  fs::create_directory(root / "hapticd-new-killed");
+  const int lock = ::open(held.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(::flock(lock, LOCK_EX | LOCK_NB), 0);
+  TemporaryDirectory::sweep(root);
+  EXPECT_EQ(entries(root), 1u);
+  EXPECT_TRUE(fs::exists(held)) << "whose owner is about to name it";
+  ::close(lock);
+  TemporaryDirectory::sweep(root);
+  EXPECT_EQ(entries(root), 0u);
+}
+
 TEST(TemporaryDirectories, GoWithTheirOwner) {
   std::string path;
   {

@@ -1,15 +1,9 @@
 /** @file
  * CSV to PoseTrack. Every fault names file, line and column.
  */
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
-#include <climits>
-#include <cstring>
 
 #include "drivers/number.h"
 #include "drivers/pose_track.h"
@@ -83,12 +77,15 @@ Column columnOf(std::string_view name, bool& nanoseconds) {
 
 class Parser {
  public:
-  Parser(std::string_view text, std::string_view name) : rest_(text), name_(name) {}
+  Parser(std::string_view text, std::string_view name, const std::atomic<bool>* given_up)
+      : rest_(text), name_(name), given_up_(given_up) {}
 
   Result<void> run(std::vector<PoseRow>& rows, Layout& layout) {
     if (rest_.substr(0, 3) == "\xef\xbb\xbf") rest_.remove_prefix(3);  // Byte order mark.
     bool started = false;
     while (!rest_.empty()) {
+      if (given_up_ != nullptr && given_up_->load(std::memory_order_relaxed))
+        return Error{ErrorCode::kCancelled, std::string(name_), "nobody waits for it any more", {}};
       const std::string_view line = trimmed(nextLine(rest_));
       ++line_;
       if (line.empty() || line.front() == '#') continue;
@@ -246,69 +243,19 @@ class Parser {
 
   std::string_view rest_;
   std::string_view name_;
+  const std::atomic<bool>* given_up_;
   std::size_t line_ = 0;
   std::size_t width_ = 0;
   std::vector<std::string_view> fields_;
 };
 
-Error systemFault(const std::string& path, int number) {
-  const bool missing = number == ENOENT || number == ENOTDIR;
-  return {missing ? ErrorCode::kNotFound : ErrorCode::kSystem, path, std::strerror(number),
-          missing ? "give the path as the daemon sees it" : "the daemon's user must be able to read it"};
-}
-
-Error notAFile(const std::string& path) {
-  return {ErrorCode::kInvalidArgument, path, "not a regular file", "give a CSV file"};
-}
-
-struct Opened {
-  Opened(const std::string& path, int how) : fd(::open(path.c_str(), how | O_CLOEXEC | O_NOCTTY)) {}
-  ~Opened() {
-    if (fd >= 0) ::close(fd);
-  }
-  Opened(const Opened&) = delete;
-  Opened& operator=(const Opened&) = delete;
-
-  const int fd;
-};
-
-std::string kernelName(const Opened& file) { return fmt::format("/proc/self/fd/{}", file.fd); }
-
-/** Where the kernel has it, without a link on the way; empty if it does not say. */
-std::string placeOf(const Opened& file) {
-  std::string place(PATH_MAX, '\0');
-  const ssize_t size = file.fd < 0 ? -1 : ::readlink(kernelName(file).c_str(), place.data(), place.size());
-  place.resize(size < 0 || size == PATH_MAX ? 0 : static_cast<std::size_t>(size));
-  return place;
-}
-
-bool liesIn(const Opened& file, const std::string& folder) {
-  std::string outer = placeOf(Opened(folder, O_PATH | O_DIRECTORY));
-  if (outer.empty()) return false;
-  if (outer.back() != '/') outer += '/';
-  return placeOf(file).starts_with(outer);
-}
-
-/** Which goes up from somewhere, and so would tell whether that is there. */
-bool goesUp(const std::string& path) { return ('/' + path + '/').find("/../") != std::string::npos; }
-
-/** Whether the folder has no such name, not even that of a link which leads nowhere. */
-bool isMissingIn(const std::string& path, const std::string& folder) {
-  const std::size_t slash = path.rfind('/');
-  if (slash == std::string::npos) return false;
-  const Opened parent(path.substr(0, slash + 1), O_PATH | O_DIRECTORY);
-  const std::string place = placeOf(parent), outer = placeOf(Opened(folder, O_PATH | O_DIRECTORY));
-  if (outer.empty() || (place != outer && !place.starts_with(outer == "/" ? outer : outer + '/'))) return false;
-  struct stat there {};
-  return ::fstatat(parent.fd, path.c_str() + slash + 1, &there, AT_SYMLINK_NOFOLLOW) != 0 && errno == ENOENT;
-}
-
 }  // namespace
 
-Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name) {
+Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name,
+                                                      const std::atomic<bool>* given_up) {
   auto track = std::make_shared<PoseTrack>();
   Layout layout;
-  Result<void> parsed = Parser(text, name).run(track->rows_, layout);
+  Result<void> parsed = Parser(text, name, given_up).run(track->rows_, layout);
   if (!parsed) return parsed.error();
   track->rows_.shrink_to_fit();
   // A recording has all columns, whatever the device had: what never changes from its rest was not there.
@@ -318,42 +265,6 @@ Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std
     track->has_buttons_ = track->has_buttons_ || row.buttons != 0;
   }
   return std::shared_ptr<const PoseTrack>(std::move(track));
-}
-
-Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path, const std::string& within) {
-  // One answer for all that lies elsewhere: what there is, and what not, is nobody's business who may not name it.
-  const auto mayNotBeNamed = [&] {
-    return Error{ErrorCode::kPermissionDenied, path, "which files the daemon reads is the administrator's choice",
-                 "put the file itself into " + within + ", and name it without '..'"};
-  };
-  if (!within.empty() && goesUp(path)) return mayNotBeNamed();
-  // First a name for it that stays: what the path leads to may change between two looks, or be a FIFO that waits.
-  const Opened named(path, O_PATH);
-  struct stat status {};
-  const int why = named.fd < 0 || ::fstat(named.fd, &status) != 0 ? errno : 0;
-  if (why == EMFILE || why == ENFILE || why == ENOMEM) return systemFault(path, why);
-  if (!within.empty() && !(why == 0 ? liesIn(named, within) : why == ENOENT && isMissingIn(path, within)))
-    return mayNotBeNamed();
-  if (why != 0) return systemFault(path, why);
-  if (!S_ISREG(status.st_mode)) return notAFile(path);
-  const Opened file(kernelName(named), O_RDONLY | O_NONBLOCK);  // Not to wait for whoever has a lease on it.
-  if (file.fd < 0) return systemFault(path, errno);
-  if (static_cast<std::uint64_t>(status.st_size) > PoseTrack::kMaxFileBytes) {
-    return Error{ErrorCode::kQuotaExceeded, path,
-                 fmt::format("{} bytes, more than the {} a motion may have", status.st_size, PoseTrack::kMaxFileBytes),
-                 "split the file or thin it out"};
-  }
-  std::string text(static_cast<std::size_t>(status.st_size), '\0');
-  std::size_t size = 0;
-  while (size < text.size()) {
-    const ssize_t n = ::read(file.fd, text.data() + size, text.size() - size);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return systemFault(path, errno);
-    if (n == 0) break;
-    size += static_cast<std::size_t>(n);
-  }
-  text.resize(size);
-  return parsePoseCsv(text, path);
 }
 
 }  // namespace hapticd

@@ -1,8 +1,9 @@
 /** @file
- * A recorded motion: poses over time, read from CSV when a device is made, evaluated in real time.
+ * A recorded motion: poses over time, read from CSV when a device opens, evaluated in real time.
  */
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -51,7 +52,8 @@ class PoseTrack {
   [[nodiscard]] bool hasButtons() const noexcept { return has_buttons_; }
 
  private:
-  friend Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name);
+  friend Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name,
+                                                               const std::atomic<bool>* given_up);
   std::vector<PoseRow> rows_;
   bool has_rotation_ = false, has_gripper_ = false, has_buttons_ = false;
 };
@@ -61,16 +63,9 @@ class PoseTrack {
  * (before these) t_ns or time_ns in nanoseconds; position x, y, z or px, py, pz [m]; optionally rotation qw, qx, qy,
  * qz, gripper_rad and buttons (a bit mask); others are passed over. Without one they are t,x,y,z[,qw,qx,qy,qz]. Empty
  * lines and those that begin with '#' are passed over. Times must rise from row to row. Errors name `name`, line and
- * column. Fuzzed.
+ * column; kCancelled once `given_up` is true. Fuzzed.
  */
-[[nodiscard]] Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name);
-
-/**
- * Reads a regular file of at most PoseTrack::kMaxFileBytes and parses it. With a folder as `within`, kPermissionDenied
- * unless what is opened lies there, whatever the path or its links say; a path with ".." in it does not. Control
- * thread.
- */
-[[nodiscard]] Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path,
-                                                                   const std::string& within = {});
+[[nodiscard]] Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name,
+                                                                    const std::atomic<bool>* given_up = nullptr);
 
 }  // namespace hapticd

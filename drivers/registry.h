@@ -55,8 +55,8 @@ struct DeviceFound {
 /**
  * Makes (does not open) the device of that URI or serial. Empty: the first real device, else sim://default.
  * kNotFound names the scheme or serial and lists what there is; kUnsupported says of a known scheme why it cannot be
- * opened here; kInvalidArgument names the key of the query that is wrong. Files named in the query are read now;
- * kPermissionDenied of motions that do not lie in `within` (DeviceUri::within).
+ * opened here; kInvalidArgument names the key of the query that is wrong. Recorded motions are found
+ * and judged now, kPermissionDenied where they do not lie in `within` (DeviceUri::within), and read by open().
  */
 [[nodiscard]] Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial,
                                                          const std::string& within = {});

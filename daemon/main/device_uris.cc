@@ -4,12 +4,22 @@
 
 #include <set>
 
+#include "drivers/named_file.h"
 #include "drivers/registry.h"
 
 namespace hapticd {
 namespace {
 
 bool isUri(const std::string& text) { return text.find("://") != std::string::npos; }
+
+/** Its device, not to be used. A recorded motion that it names is read, too. */
+Result<std::unique_ptr<Device>> checked(const std::string& text) {
+  auto made = makeDevice(text);
+  const auto uri = parseDeviceUri(text);
+  if (!made || !uri || namedMotion(*uri).empty()) return made;
+  if (auto read = (*made)->open(); !read) return read.error();
+  return made;
+}
 
 /** `entry` is where it was named: "file:line:column: [[device]]". */
 Error at(std::string entry, const std::string& uri, Error error) {
@@ -31,7 +41,7 @@ Result<void> resolveDeviceLimits(LoadedConfig& loaded) {
     const auto entry = [&] { return loaded.place("device", "uri", i) + ": [[device]]"; };
     std::string serial;
     if (isUri(spelt)) {
-      const auto made = makeDevice(spelt);
+      const auto made = checked(spelt);
       if (made) {
         device.uri = (*made)->info().uri;
         serial = (*made)->info().serial;
@@ -55,7 +65,7 @@ Result<void> checkGroupUris(const Options& options) {
     };
     for (const std::string& uri : group.devices) {
       if (!isUri(uri)) continue;
-      const auto made = makeDevice(uri);
+      const auto made = checked(uri);
       if (!made) return at(entry(), uri, made.error());
       if (!known.insert((*made)->info().uri).second)
         return twice(entry(), uri, (*made)->info().uri, "name each device once");

@@ -3,11 +3,13 @@
  */
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 
+#include "drivers/link/slow_to_open.h"
 #include "drivers/parameters.h"
-#include "drivers/pose_track.h"
+#include "drivers/pose_file.h"
 #include "drivers/registry.h"
 #include "rt/device.h"
 
@@ -26,10 +28,10 @@ struct ReplayParameters {
 
 [[nodiscard]] const std::vector<Parameter<ReplayParameters>>& replayParameterTable();
 
-/** A URI resolved: the file read, the query applied. */
+/** A URI resolved: the file found, the query applied. */
 struct ReplaySetup {
   ReplayParameters parameters;
-  std::shared_ptr<const PoseTrack> track;
+  PoseFile file;
   DeviceInfo info;
 };
 [[nodiscard]] Result<ReplaySetup> resolveReplay(const DeviceUri& uri);
@@ -41,22 +43,25 @@ struct ReplaySetup {
  *
  * read and write are real-time safe.
  */
-class ReplayDevice final : public Device {
+class ReplayDevice final : public Device, public SlowToOpen {
  public:
   explicit ReplayDevice(ReplaySetup setup) : setup_(std::move(setup)) {}
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return setup_.info; }
   [[nodiscard]] Result<void> open() override;
-  void close() noexcept override {}
+  void giveUp() noexcept override { given_up_.store(true, std::memory_order_relaxed); }
+  void close() noexcept override { track_ = nullptr; }
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override;
   void write(std::int64_t, const DeviceCommand&) HD_RT override {}
   void safe() noexcept override {}
 
  private:
   ReplaySetup setup_;
+  std::shared_ptr<const PoseTrack> track_;  ///< While it is open.
   bool started_ = false;
   std::int64_t start_ns_ = 0;
   std::int64_t last_ns_ = 0;
+  std::atomic<bool> given_up_{false};
 };
 
 }  // namespace hapticd

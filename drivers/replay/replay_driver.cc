@@ -1,17 +1,12 @@
 #include "drivers/replay/replay_driver.h"
 
-#include <algorithm>
-#include <bit>
-
 #include "drivers/hash.h"
 #include "drivers/replay/replay_device.h"
 
 namespace hapticd {
 namespace {
 
-DeviceInfo infoOf(const ReplaySetup& setup, std::string uri) {
-  const ReplayParameters& p = setup.parameters;
-  const std::vector<PoseRow>& rows = setup.track->rows();
+DeviceInfo infoOf(const ReplayParameters& p, std::string uri) {
   DeviceInfo info;
   info.serial = p.serial.empty() ? "replay-" + hashText(uri) : p.serial;
   info.uri = std::move(uri);
@@ -21,25 +16,7 @@ DeviceInfo infoOf(const ReplaySetup& setup, std::string uri) {
   info.driver = "replay";
   info.driver_version = "1";
   info.max_force = p.max_force;
-  info.sensed_rotation = info.actuated_rotation = setup.track->hasRotation();
-  if (info.sensed_rotation) info.max_torque = p.max_torque;
-  info.sensed_gripper = setup.track->hasGripper();
-  Vec3 lower = rows.front().p, upper = lower;
-  double widest = 0;
-  std::uint32_t buttons = 0;
-  for (const PoseRow& row : rows) {
-    lower = lower.cwiseMin(row.p);
-    upper = upper.cwiseMax(row.p);
-    widest = std::max(widest, row.gripper_rad);
-    buttons |= row.buttons;
-  }
-  info.workspace_lower = info.max_workspace_lower = lower;
-  info.workspace_upper = info.max_workspace_upper = upper;
-  info.workspace_radius = (upper - lower).maxCoeff() / 2;
-  info.gripper_max_angle = widest;
-  info.buttons = static_cast<std::uint32_t>(std::bit_width(buttons));
   info.position_resolution = p.resolution;
-  if (rows.back().t_s > 0) info.native_rate_hz = static_cast<double>(rows.size() - 1) / rows.back().t_s * p.speed;
   return info;
 }
 
@@ -78,11 +55,12 @@ Result<ReplaySetup> resolveReplay(const DeviceUri& uri) {
   ReplaySetup setup;
   Result<void> applied = applyQuery(replayParameterTable(), uri.query, setup.parameters);
   if (!applied) return applied.error();
-  Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(uri.authority, uri.within);
-  if (!track) return track.error();
-  setup.track = std::move(*track);
-  setup.info = infoOf(
-      setup, formatDeviceUri({"replay", uri.authority, difference(replayParameterTable(), setup.parameters, {})}));
+  Result<PoseFile> file = PoseFile::open(uri.authority, uri.within);
+  if (!file) return file.error();
+  setup.file = std::move(*file);
+  setup.info =
+      infoOf(setup.parameters,
+             formatDeviceUri({"replay", uri.authority, difference(replayParameterTable(), setup.parameters, {})}));
   return setup;
 }
 

@@ -150,7 +150,7 @@ void IntendedMotion::addTremor(double t_s, PoseOnTrack& out) const HD_RT {
 PoseOnTrack IntendedMotion::at(double t_s) const HD_RT {
   if (parameters_.kind == MotionKind::kLive) return live_;
   // Before its first row the track stands.
-  if (parameters_.kind == MotionKind::kCsv) return parameters_.track->at(t_s - parameters_.wait, parameters_.loop);
+  if (parameters_.track) return parameters_.track->at(t_s - parameters_.wait, parameters_.loop);
   const double t = std::max(0.0, t_s - parameters_.wait);
   PoseOnTrack out;
   out.p = parameters_.centre;

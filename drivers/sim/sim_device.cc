@@ -64,6 +64,12 @@ SimDevice::SimDevice(SimSetup setup)
       motion_(setup_.parameters) {}
 
 Result<void> SimDevice::open() {
+  if (setup_.file.valid()) {
+    auto track = setup_.file.read(given_up_);
+    if (!track) return track.error();
+    keepResident((*track)->rows().data(), (*track)->rows().size() * sizeof(PoseRow));
+    play(std::move(*track));
+  }
   const PoseOnTrack start = motion_.at(0);
   point_.place(start.p, start.v);
   rotating_.place(start.q, start.w);
@@ -79,14 +85,19 @@ Result<void> SimDevice::open() {
   safe_.store(false, std::memory_order_relaxed);
   measure();
   keepResident(this, sizeof *this);
-  if (setup_.parameters.track) {
-    const std::vector<PoseRow>& rows = setup_.parameters.track->rows();
-    keepResident(rows.data(), rows.size() * sizeof(PoseRow));
-  }
   return {};
 }
 
-void SimDevice::close() noexcept { safe(); }
+void SimDevice::play(std::shared_ptr<const PoseTrack> track) {
+  MotionParameters motion = setup_.parameters;
+  motion.track = std::move(track);
+  motion_ = IntendedMotion(motion);
+}
+
+void SimDevice::close() noexcept {
+  safe();
+  if (setup_.file.valid()) play(nullptr);
+}
 
 void SimDevice::safe() noexcept { safe_.store(true, std::memory_order_release); }  // Pairs with advanceTo.
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "drivers/link/slow_to_open.h"
 #include "drivers/sim/body.h"
 #include "drivers/sim/motion.h"
 #include "drivers/sim/sim_parameters.h"
@@ -25,7 +26,7 @@ namespace hapticd {
  *
  * read, write and setIntent are real-time safe and called by one thread; safe() by any.
  */
-class SimDevice final : public Device {
+class SimDevice final : public Device, public SlowToOpen {
  public:
   static constexpr double kMaxSubStep_s = 62.5e-6;
   static constexpr double kMaxCatchUp_s = 0.02;
@@ -35,6 +36,7 @@ class SimDevice final : public Device {
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return setup_.info; }
   [[nodiscard]] Result<void> open() override;
+  void giveUp() noexcept override { given_up_.store(true, std::memory_order_relaxed); }
   void close() noexcept override;
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override;
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT override;
@@ -56,6 +58,8 @@ class SimDevice final : public Device {
     std::uint32_t status = kDeviceOk;
   };
 
+  /** That recorded motion; null: it is not open. */
+  void play(std::shared_ptr<const PoseTrack> track);
   void advanceTo(std::int64_t now_ns) HD_RT;
   void runPeriod() HD_RT;
   void measure() HD_RT;
@@ -79,6 +83,7 @@ class SimDevice final : public Device {
   std::array<Pending, kMaxDelay + 1> pending_;        ///< By period modulo size.
   std::array<DeviceSample, kMaxDelay + 1> measured_;  ///< By period modulo size.
   std::atomic<bool> safe_{false};  ///< Set by safe() (release), taken by the next read or write (acquire).
+  std::atomic<bool> given_up_{false};
 };
 
 }  // namespace hapticd

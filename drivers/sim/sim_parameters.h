@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "drivers/parameters.h"
+#include "drivers/pose_file.h"
 #include "drivers/registry.h"
 #include "drivers/sim/motion.h"
 
@@ -80,9 +81,10 @@ struct SimSetup {
   const SimPreset* preset = nullptr;
   SimParameters parameters;
   std::string uri;  ///< Canonical.
+  PoseFile file;    ///< Of a recorded motion.
   DeviceInfo info;
 };
-/** Reads the motion file if there is one. Errors as makeDevice. */
+/** Errors as makeDevice. */
 [[nodiscard]] Result<SimSetup> resolveSim(const DeviceUri& uri);
 
 }  // namespace hapticd

@@ -56,16 +56,6 @@ Result<void> checkTogether(const SimParameters& p) {
   return {};
 }
 
-/** What the names of motion and file stand for. */
-Result<void> resolveMotion(SimParameters& p, const std::string& within) {
-  p.kind = motionKind(p.motion);
-  if (p.kind != MotionKind::kCsv) return {};
-  Result<std::shared_ptr<const PoseTrack>> track = loadPoseCsv(p.file, within);
-  if (!track) return track.error();
-  p.track = std::move(*track);
-  return {};
-}
-
 double latency(const SimParameters& p) { return static_cast<double>(p.delay + p.position_delay) / p.rate; }
 /** Half of a host period at 1 kHz, on average what a held force lags by, and the device's own delay [s]. */
 double lag(const SimParameters& p) { return 0.5e-3 + latency(p); }
@@ -151,7 +141,12 @@ Result<SimSetup> resolveSim(const DeviceUri& uri) {
   if (!applied) return applied.error();
   Result<void> checked = checkTogether(setup.parameters);
   if (!checked) return checked.error();
-  if (Result<void> resolved = resolveMotion(setup.parameters, uri.within); !resolved) return resolved.error();
+  setup.parameters.kind = motionKind(setup.parameters.motion);
+  if (setup.parameters.kind == MotionKind::kCsv) {
+    Result<PoseFile> file = PoseFile::open(setup.parameters.file, uri.within);
+    if (!file) return file.error();
+    setup.file = std::move(*file);
+  }
   setup.uri = formatDeviceUri(
       {"sim", std::string(setup.preset->name), difference(simParameterTable(), setup.parameters, base)});
   setup.info = infoOf(setup);

@@ -181,6 +181,32 @@ TEST_F(NamedFiles, OfTheFolderAreEverybodys) {
   EXPECT_EQ(opened(nowhere, "replay://" + root_ + "/nowhere/motion.csv", other), ErrorCode::kPermissionDenied);
 }
 
+/** Reading takes seconds: it is the opener's, and the control thread has only looked whether it may be. */
+TEST_F(NamedFiles, AreReadAsideFromTheControlThread) {
+  std::ofstream(root_ + "/open/bad.csv") << "0,0,0,0\nbad\n";
+  Bench bench(withFolder(root_ + "/open"));
+  bench.core.devices().setFactory(makeDevice);
+  const std::uint64_t stranger = *bench.core.connect(1, 61'000, false);
+  const auto answer = [&](const std::string& uri, bool at_once) {
+    std::optional<Error> error;
+    bench.core.openDevice(uri, stranger, [&](const Result<OpenDevice*>& device) {
+      error = device ? Error{ErrorCode::kOk, {}, {}, {}} : device.error();
+    });
+    EXPECT_EQ(error.has_value(), at_once) << uri;
+    for (int i = 0; i < 5000 && !error; ++i) {
+      bench.step(1);
+      ::usleep(1000);
+    }
+    return error ? *error : Error{ErrorCode::kTimeout, {}, {}, {}};
+  };
+  for (const char* form : {"replay://{}", "sim://default?motion=csv&file={}"}) {
+    const auto of = [&](const char* file) { return fmt::format(fmt::runtime(form), root_ + file); };
+    EXPECT_NE(answer(of("/open/bad.csv"), false).where.find("line 2"), std::string::npos);
+    EXPECT_EQ(answer(of("/open/motion.csv"), false).code, ErrorCode::kOk);
+    EXPECT_EQ(answer(of("/secret.csv"), true).code, ErrorCode::kPermissionDenied);
+  }
+}
+
 /** What is read is what was judged, although a client turns its link about meanwhile. */
 TEST_F(NamedFiles, AreReadWhereTheyWereFound) {
   namespace fs = std::filesystem;

@@ -5,16 +5,23 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <clocale>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 
-#include "drivers/pose_track.h"
+#include "drivers/pose_file.h"
 #include "tests/support/process/temporary_directory.h"
 
 namespace hapticd {
 namespace {
+
+Result<std::shared_ptr<const PoseTrack>> loadPoseCsv(const std::string& path, const std::string& within = {}) {
+  const auto file = PoseFile::open(path, within);
+  if (!file) return file.error();
+  return file->read(std::atomic<bool>(false));
+}
 
 using ::testing::HasSubstr;
 
@@ -229,6 +236,13 @@ TEST(PoseCsv, OfWhatLiesElsewhereNothingIsTold) {
     for (const char* name : {"/motion.csv", "/none.csv"})
       EXPECT_EQ(toldOf(root + past + "/../open" + name), toldOf(root + "/secret.csv")) << past << name;
   }
+  // Nor by one that begins there, or ends.
+  const fs::path here = fs::current_path();
+  fs::current_path(folder + "/below");
+  EXPECT_EQ(toldOf("../motion.csv"), toldOf(root + "/secret.csv"));
+  fs::current_path(here);
+  fs::create_directory(folder + "/below/deep");
+  EXPECT_EQ(toldOf(folder + "/below/deep/.."), toldOf(root + "/secret.csv"));
   std::ofstream(folder + "/a..b.csv") << "0,0,0,0\n";
   EXPECT_TRUE(loadPoseCsv(folder + "/a..b.csv", folder).ok());
   // Of what it may name, all.

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "drivers/replay/replay_device.h"
 #include "drivers/sim/sim_device.h"
 #include "tests/support/process/temporary_directory.h"
 #include "tests/support/stepped/stepped_device.h"
@@ -74,10 +75,49 @@ TEST_F(Replay, CanonicalUriOpensItAgain) {
 
 TEST_F(Replay, FaultsSayWhatAndWhere) {
   const std::string path = write("0,0,0,0\n1,0.1,x,0\n");
-  EXPECT_THAT(toString(makeDevice("replay://" + path).error()), HasSubstr("line 2, column 3"));
+  for (const std::string& uri : {"replay://" + path, fmt::format("sim://touch?motion=csv&file={}", path)}) {
+    const auto device = makeDevice(uri);
+    ASSERT_TRUE(device.ok()) << "whoever makes it has no time to read: " << toString(device.error());
+    EXPECT_THAT(toString((*device)->open().error()), HasSubstr("line 2, column 3"));
+  }
   EXPECT_THAT(toString(makeDevice("replay://").error()), HasSubstr("names no file"));
   EXPECT_EQ(makeDevice("replay:///no/such/file.csv").error().code, ErrorCode::kNotFound);
   EXPECT_THAT(toString(makeDevice("replay://" + path + "?sped=2").error()), HasSubstr("did you mean \"speed\"?"));
+}
+
+TEST_F(Replay, WhatNobodyWaitsForIsReadNoFurther) {
+  const std::string path = write("0,0,0,0\n1,0.1,x,0\n");
+  for (const std::string& uri : {"replay://" + path, fmt::format("sim://touch?motion=csv&file={}", path)}) {
+    const auto device = std::move(*makeDevice(uri));
+    dynamic_cast<SlowToOpen&>(*device).giveUp();
+    EXPECT_EQ(device->open().error().code, ErrorCode::kCancelled) << "not its second line's fault";
+  }
+}
+
+/** The rows are large: they go with close(), where there is time for it, and come again. */
+TEST_F(Replay, RowsAreThereWhileItIsOpen) {
+  const std::string path = write("0,0.01,0,0\n1,0.02,0,0\n");
+  for (const std::string& uri : {"replay://" + path, fmt::format("sim://touch?motion=csv&file={}", path)}) {
+    auto device = std::move(*makeDevice(uri));
+    std::int64_t now_ns = 1'000'000'000;
+    DeviceSample sample;
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_TRUE(device->open().ok());
+      device->read(now_ns += 1'000'000, sample);
+      EXPECT_NEAR(sample.p.x(), 0.01, 1e-4) << uri;
+      device->close();
+    }
+  }
+  ReplayDevice played(*resolveReplay(*parseDeviceUri("replay://" + path)));
+  DeviceSample sample;
+  played.read(1, sample);
+  EXPECT_FALSE(sample.fresh);
+  ASSERT_TRUE(played.open().ok());
+  played.read(2, sample);
+  EXPECT_TRUE(sample.fresh);
+  played.close();
+  played.read(3, sample);
+  EXPECT_FALSE(sample.fresh) << "they have gone";
 }
 
 TEST_F(Replay, TheHandOfASimulatorFollowsAFileAndPressesItsButtons) {

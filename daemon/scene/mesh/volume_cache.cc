@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/sendfile.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -55,9 +56,14 @@ std::optional<std::uint64_t> headerChecksum(int volume) {
 
 constexpr const char* kNoFolder = "hapticd must be able to write to that folder; builder.cache names another";
 
-Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes) {
+/** `number` becomes that of the system's error, if it is one. */
+Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes, int& number) {
+  const auto failed = [&](const char* call, const char* remedy) {
+    number = errno;
+    return systemError(path, call, number, remedy);
+  };
   UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600));
-  if (!file.valid()) return systemError(path, "open", errno, unlessRunOut(errno, kNoFolder));
+  if (!file.valid()) return failed("open", unlessRunOut(errno, kNoFolder).c_str());
   CachedBuildHead head;
   head.snapshot_bytes = sizeOf(snapshot);
   head.volume_bytes = sizeOf(volume);
@@ -71,12 +77,11 @@ Result<void> writeFile(const std::string& path, int snapshot, int volume, const 
     return n == static_cast<ssize_t>(bytes);
   };
   // Descriptors of one memfd share their offset, so rewind: somebody else may have read it.
-  if (::lseek(snapshot, 0, SEEK_SET) != 0 || ::lseek(volume, 0, SEEK_SET) != 0)
-    return systemError(path, "lseek", errno);
+  if (::lseek(snapshot, 0, SEEK_SET) != 0 || ::lseek(volume, 0, SEEK_SET) != 0) return failed("lseek", "");
   if (whole(&head, sizeof head) && copy(snapshot, file.get(), head.snapshot_bytes) &&
       copy(volume, file.get(), head.volume_bytes) && whole(notes.data(), notes.size()) && ::fsync(file.get()) == 0)
     return {};
-  return systemError(path, "write", errno, "make room on the disk, or see builder.cache_mb");
+  return failed("write", "make room on the disk, or see builder.cache_mb");
 }
 
 /** A volume on disk with what lies beside it. */
@@ -133,8 +138,8 @@ VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::o
   fs::create_directories(directory_, error);
   if (!error && ::access(directory_.c_str(), W_OK | X_OK) != 0) error.assign(errno, std::generic_category());
   if (error) {
-    trouble_ = Error{ErrorCode::kSystem, directory_, error.message(), kNoFolder};
-    log::warn("built volumes are not kept on disk: {}", toString(*trouble_));
+    trouble_ = Trouble{{ErrorCode::kSystem, directory_, error.message(), kNoFolder}, error.value(), 0};
+    log::warn("built volumes are not kept on disk: {}", toString(trouble_->why));
   }
   for (const auto& file : fs::directory_iterator(directory_, error))
     if (file.path().extension() == ".new" && isOurs(file.path())) fs::remove(file.path(), error);
@@ -298,15 +303,40 @@ void VolumeCache::write() noexcept {
   }
 }
 
-void VolumeCache::notKept(Error why) {
+void VolumeCache::notKept(Error why, int number, std::uint64_t bytes) {
   log::warn("a volume is not kept on disk: {}", toString(why));
   const std::lock_guard lock(mutex_);
-  trouble_ = std::move(why);
+  trouble_ = Trouble{std::move(why), number, bytes};
 }
 
 std::optional<Error> VolumeCache::trouble() {
   const std::lock_guard lock(mutex_);
-  return trouble_;
+  if (trouble_ && isGone(*trouble_)) trouble_.reset();
+  if (!trouble_) return {};
+  return trouble_->why;
+}
+
+/** As far as it can be seen without writing. */
+bool VolumeCache::isGone(const Trouble& trouble) const {
+  const UniqueFd folder(::open(directory_.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+  if (!folder.valid() || ::faccessat(folder.get(), ".", W_OK | X_OK, 0) != 0) return false;
+  switch (trouble.number) {
+    case EACCES:
+    case EPERM:
+    case EROFS:
+    case ENOENT:
+    case ENOTDIR:
+    case EMFILE:
+    case ENFILE:
+      return true;
+    case ENOSPC: {
+      struct statvfs disk {};
+      if (::fstatvfs(folder.get(), &disk) != 0 || (disk.f_files != 0 && disk.f_favail == 0)) return false;
+      return disk.f_bavail >= trouble.bytes / disk.f_frsize + 1;
+    }
+    default:
+      return false;
+  }
 }
 
 void VolumeCache::store(const Job& job) {
@@ -317,15 +347,16 @@ void VolumeCache::store(const Job& job) {
               static_cast<double>(job.bytes) * 1e-6, static_cast<double>(most_bytes_) * 1e-6);
     return;
   }
-  if (const auto written = writeFile(unfinished, job.snapshot.get(), job.volume.get(), job.notes); !written) {
-    notKept(written.error());
+  int number = 0;
+  if (const auto written = writeFile(unfinished, job.snapshot.get(), job.volume.get(), job.notes, number); !written) {
+    notKept(written.error(), number, job.bytes);
     fs::remove(unfinished, ignored);
     return;
   }
   fs::remove(vdb, ignored);  // Of another volume than the one that comes.
   fs::rename(unfinished, path, error);
   if (error) {
-    notKept({ErrorCode::kSystem, path, error.message(), kNoFolder});
+    notKept({ErrorCode::kSystem, path, error.message(), kNoFolder}, error.value(), job.bytes);
     fs::remove(unfinished, ignored);
     return;
   }

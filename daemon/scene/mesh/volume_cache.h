@@ -65,7 +65,7 @@ class VolumeCache {
    */
   void keep(const std::string& key, UniqueFd snapshot, UniqueFd volume, const std::vector<std::string>& notes);
   [[nodiscard]] const std::string& directory() const { return directory_; }
-  /** Why the last one could not be kept there, or none can be; nothing once one is. */
+  /** Why the last one could not be kept there, or none can be; nothing once one is, or the cause is seen to be gone. */
   [[nodiscard]] std::optional<Error> trouble();
   /** Those longest unused first. */
   [[nodiscard]] std::vector<CachedVolume> list();
@@ -94,7 +94,14 @@ class VolumeCache {
   /** The writing thread: until nothing waits. */
   void write() noexcept;
   void store(const Job& job);
-  void notKept(Error why);
+  /** `number`: of the system's error. */
+  void notKept(Error why, int number, std::uint64_t bytes);
+  struct Trouble {
+    Error why;
+    int number = 0;           ///< Of the system's error.
+    std::uint64_t bytes = 0;  ///< That were to be kept.
+  };
+  [[nodiscard]] bool isGone(const Trouble& trouble) const;
   void prune();
 
   std::string directory_;
@@ -102,7 +109,7 @@ class VolumeCache {
   std::thread writer_;  ///< Runs, or is about to end, while there are jobs.
   std::mutex mutex_;
   std::deque<Job> jobs_;             ///< Under the mutex, but for what the writer does with the first.
-  std::optional<Error> trouble_;     ///< Under the mutex.
+  std::optional<Trouble> trouble_;   ///< Under the mutex.
   std::mutex pruning_;               ///< By both threads.
   std::unique_ptr<VdbMaker> maker_;  ///< Null: none are made. Last, so that its thread ends first.
 };

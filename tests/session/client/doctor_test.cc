@@ -1,4 +1,5 @@
 // What doctor says of the folder where built volumes are kept.
+#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -32,6 +33,10 @@ TEST(Doctor, NamesTheFolderOfVolumesThatCannotBeWritten) {
   EXPECT_EQ(red.state, State::RED);
   EXPECT_NE(red.detail.find(folder), std::string::npos) << red.detail;
   EXPECT_NE(red.remedy.find("builder.cache"), std::string::npos) << red.remedy;
+  std::filesystem::remove(directory.path() + "/file");
+  EXPECT_EQ(volumesOf(bench.core).state, State::RED) << "it still cannot lie there";
+  std::filesystem::create_directories(folder);
+  EXPECT_EQ(volumesOf(bench.core).state, State::GREEN) << "although none has been kept since";
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -18,6 +20,7 @@
 #include "daemon/ipc/volume_memory.h"
 #include "daemon/scene/upload/uploads.h"
 #include "tests/support/eventually.h"
+#include "tests/support/process/no_descriptors.h"
 #include "tests/support/process/temporary_directory.h"
 #include "tests/unit/builder/built.h"
 
@@ -309,6 +312,44 @@ TEST_F(Cache, whatTheDiskHasNoRoomForIsToldAndLeavesNothing) {
   EXPECT_NE(trouble->remedy.find("make room"), std::string::npos) << trouble->remedy;
   keep(cache, "key");
   EXPECT_TRUE(cache.find("key").has_value()) << "there is room again";
+  EXPECT_FALSE(cache.trouble().has_value());
+}
+
+TEST_F(Cache, aFullDiskIsNoTroubleOnceThereIsRoom) {
+  bool may = false;
+  std::thread([&] {  // With mounts of its own, as the cache's writer then has.
+    may = ::unshare(CLONE_NEWNS) == 0 && ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0 &&
+          ::mount("none", directory_.path().c_str(), "tmpfs", 0, "size=1m") == 0;
+    if (!may) return;
+    const std::string other = directory_.path() + "/other";
+    std::ofstream(other) << std::string(900'000, 'x');
+    VolumeCache cache(directory_.path(), 1 << 30);
+    keep(cache, "key");
+    auto trouble = cache.trouble();
+    ASSERT_TRUE(trouble.has_value());
+    EXPECT_EQ(trouble->what, "write: No space left on device");
+    EXPECT_EQ(trouble->remedy, "make room on the disk, or see builder.cache_mb");
+    EXPECT_FALSE(fs::exists(directory_.path() + "/key.hvol.new"));
+    EXPECT_TRUE(cache.trouble().has_value());
+    fs::remove(other);
+    EXPECT_FALSE(cache.trouble().has_value()) << "although none has been kept since";
+  })
+      .join();
+  if (!may) GTEST_SKIP() << "it may mount nothing";
+}
+
+TEST_F(Cache, wantOfDescriptorsIsNoTroubleOnceThereAreSome) {
+  VolumeCache cache(directory_.path(), 1 << 30);
+  UniqueFd snapshot = std::move(*built_.memfd.share()), volume = std::move(*built_.volume.share());
+  std::optional<Error> trouble;
+  {
+    const NoDescriptors none;
+    cache.keep("key", std::move(snapshot), std::move(volume), {});
+    cache.wait();
+    trouble = cache.trouble();
+  }
+  ASSERT_TRUE(trouble.has_value());
+  EXPECT_NE(trouble->remedy.find("LimitNOFILE"), std::string::npos) << trouble->remedy;
   EXPECT_FALSE(cache.trouble().has_value());
 }
 

@@ -11,8 +11,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <deque>
 #include <list>
+#include <new>
+#include <optional>
 #include <utility>
 
 #include "daemon/ipc/builder_protocol.h"
@@ -95,8 +96,11 @@ struct BuilderLeash::State {
   void startNext();
   void takeNext();
   /** The job under way is the next one's. */
-  void goBack();
+  void goBack() noexcept;
   void finish(BuildReport report);
+  void letGo(UniqueFd file) const {
+    if (file.valid() && spent) spent(std::move(file));
+  }
   void setAlarm();
   void watch(int fd) const;
 
@@ -110,13 +114,15 @@ struct BuilderLeash::State {
   bool spoke = false;       // the running builder has
   std::string trouble;      // what became of one that did not
   Turns<Job> waiting;
-  Job running;  // number 0: none
+  Job running;                                // number 0: none
+  std::optional<Turns<Job>::Place> way_back;  // of that one
   bool cancelled = false;
   std::int64_t deadline_ns = 0;
   std::vector<std::string> notes;
   UniqueFd volume;
   float fraction = 0;
-  std::deque<BuildReport> reports;
+  std::list<BuildReport> reports;
+  std::function<void(UniqueFd)> spent;
   std::uint64_t last_job = 0;
   std::uint32_t starts = 0, crashes_in_row = 0;
   std::int64_t not_before_ns = 0;
@@ -176,12 +182,15 @@ void BuilderLeash::State::endBuilder() {
 
 void BuilderLeash::State::finish(BuildReport report) {
   report.job = running.number;
+  std::list<BuildReport> told;  // First: without memory for it the job stays, and ends by its time.
+  told.push_back(std::move(report));
+  letGo(std::move(running.upload));
+  letGo(std::move(volume));
   running = {};
   notes.clear();
-  volume.reset();
   fraction = 0;
   cancelled = false;
-  reports.push_back(std::move(report));
+  reports.splice(reports.end(), told);
 }
 
 void BuilderLeash::State::condemn(std::string why) {
@@ -239,7 +248,7 @@ void BuilderLeash::State::loseResult() {
 }
 
 void BuilderLeash::State::handle(BuilderFrame& frame) {
-  if (running.number == 0 || frame.head.job != running.number) return;  // of a job already given up
+  if (running.number == 0 || frame.head.job != running.number) return letGo(std::move(frame.fd));  // given up
   running.begun = true;
   BuildReport report;
   switch (frame.head.kind) {
@@ -262,7 +271,10 @@ void BuilderLeash::State::handle(BuilderFrame& frame) {
     case BuilderFrameKind::kDone:
       if (!frame.fd.valid()) break;
       crashes_in_row = 0;
-      if (cancelled) return lose({});  // it crossed our word
+      if (cancelled) {  // It crossed our word.
+        letGo(std::move(frame.fd));
+        return lose({});
+      }
       report.kind = BuildReport::Kind::kDone;
       report.snapshot = std::move(frame.fd);
       report.volume = std::move(volume);
@@ -278,6 +290,7 @@ void BuilderLeash::State::handle(BuilderFrame& frame) {
     default:
       break;
   }
+  letGo(std::move(frame.fd));
   condemn(kBroken);
 }
 
@@ -309,14 +322,16 @@ void BuilderLeash::State::checkTime() {
 }
 
 void BuilderLeash::State::takeNext() {
+  way_back.emplace();
   std::list<Job> one;
   waiting.next(one);
   running = std::move(one.front());
 }
 
-void BuilderLeash::State::goBack() {
+void BuilderLeash::State::goBack() noexcept {
   const std::uint64_t client = running.client;
-  waiting.pushFirst(client, std::exchange(running, {}));
+  waiting.pushFirst(client, std::exchange(running, {}), std::move(*way_back));
+  way_back.reset();
 }
 
 void BuilderLeash::State::startNext() {
@@ -327,11 +342,15 @@ void BuilderLeash::State::startNext() {
       trouble = toString(spawned.error());
       log::error("{}", trouble);
       not_before_ns = now() + kLongestPause_ns;
-      takeNext();
       BuildReport report;
       report.kind = BuildReport::Kind::kFailed;
       report.error = spawned.error();
-      return finish(std::move(report));
+      takeNext();
+      try {
+        return finish(std::move(report));
+      } catch (const std::bad_alloc&) {  // Told in the next attempt.
+        return goBack();
+      }
     }
   }
   if (closed) return;  // dying: the next builder takes it
@@ -389,7 +408,9 @@ Result<std::uint64_t> BuilderLeash::submit(int upload_fd, std::uint64_t client) 
   return number;
 }
 
-void BuilderLeash::cancel(std::uint64_t job) {
+void BuilderLeash::onSpent(std::function<void(UniqueFd)> close) { state_->spent = std::move(close); }
+
+void BuilderLeash::cancel(std::uint64_t job) noexcept {
   State& s = *state_;
   if (s.running.number == job && job != 0) {
     if (s.cancelled) return;
@@ -407,7 +428,10 @@ void BuilderLeash::cancel(std::uint64_t job) {
   report.kind = BuildReport::Kind::kFailed;
   report.job = job;
   report.error = {ErrorCode::kCancelled, "build", {}, {}};
-  s.reports.push_back(std::move(report));
+  try {
+    s.reports.push_back(std::move(report));
+  } catch (const std::bad_alloc&) {  // Whoever has cancelled it knows.
+  }
   s.setAlarm();
 }
 
@@ -416,6 +440,7 @@ bool BuilderLeash::next(BuildReport& report) {
   if (s.reports.empty()) {
     s.receive();
     s.checkEnd();
+    if (s.pid == 0) s.lose("the builder ended");  // For what had no memory to be told then.
     s.checkTime();
     s.startNext();
   }

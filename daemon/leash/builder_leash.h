@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -62,7 +63,12 @@ class BuilderLeash {
   [[nodiscard]] Result<std::uint64_t> submit(int upload_fd, std::uint64_t client = 0);
 
   /** The job ends with a kFailed report of kCancelled. Unknown and finished jobs are ignored. */
-  void cancel(std::uint64_t job);
+  void cancel(std::uint64_t job) noexcept;
+
+  /** Who closes descriptors of large memory that nobody needs any more; else they are closed here, which takes its
+   * time.
+   */
+  void onSpent(std::function<void(UniqueFd)> close);
 
   /** Fills `report` and returns true, or returns false when there is nothing now. Call until false. */
   [[nodiscard]] bool next(BuildReport& report);

@@ -17,6 +17,11 @@ namespace hapticd {
  */
 template <class Job>
 class Turns {
+  struct Turn {
+    std::uint64_t client;
+    std::list<Job> jobs;  ///< Never empty.
+  };
+
  public:
   void push(std::uint64_t client, Job job) {
     std::list<Job> one;
@@ -27,11 +32,24 @@ class Turns {
     if (own != turns_.rend()) return own->jobs.splice(own->jobs.end(), one);
     turns_.push_back({client, std::move(one)});
   }
+  /** Memory for a job that may come back. */
+  class Place {
+   public:
+    Place() {
+      turn_.emplace_back();
+      turn_.front().jobs.emplace_back();
+    }
+
+   private:
+    friend class Turns;
+    std::list<Turn> turn_;
+  };
   /** Before all others: it has had its turn already. */
-  void pushFirst(std::uint64_t client, Job job) {
-    std::list<Job> one;
-    one.push_back(std::move(job));
-    turns_.push_front({client, std::move(one)});
+  void pushFirst(std::uint64_t client, Job job, Place place) noexcept {
+    Turn& turn = place.turn_.front();
+    turn.client = client;
+    turn.jobs.front() = std::move(job);
+    turns_.splice(turns_.begin(), place.turn_);
   }
 
   [[nodiscard]] bool empty() const noexcept { return turns_.empty(); }
@@ -65,10 +83,6 @@ class Turns {
   }
 
  private:
-  struct Turn {
-    std::uint64_t client;
-    std::list<Job> jobs;  ///< Never empty.
-  };
   std::list<Turn> turns_;
 };
 

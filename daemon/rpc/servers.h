@@ -14,7 +14,9 @@ namespace hapticd {
 class RegionServer final : public proto::Region::Server {
  public:
   RegionServer(Core& core, std::uint32_t uid, UniqueFd fd) : core_(core), uid_(uid), fd_(std::move(fd)) {}
-  ~RegionServer() { core_.clients().regionDropped(uid_); }
+  ~RegionServer() {
+    core_.uploads().close(std::move(fd_), [&core = core_, uid = uid_] { core.clients().regionDropped(uid); });
+  }
   RegionServer(const RegionServer&) = delete;
   RegionServer& operator=(const RegionServer&) = delete;
   kj::Maybe<int> getFd() override { return fd_.get(); }

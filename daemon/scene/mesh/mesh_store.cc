@@ -11,8 +11,6 @@ namespace hapticd {
 
 namespace {
 
-constexpr std::uint64_t kLarge_bytes = 4 << 20;  ///< A copy takes milliseconds, and the control thread has no time.
-
 enum class Spare { kNone, kAsked, kAnswered };
 
 }  // namespace
@@ -87,7 +85,7 @@ Result<std::uint64_t> MeshStore::add(CheckedMesh mesh, MeshInfo info) {
   auto id = shelf_->put(
       std::move(entry), [&](std::uint32_t index, CommandSink& sink) { return publish(index, sink); },
       [&](std::uint32_t index) { unpublish(index); });
-  if (id) shelf_->find(*id)->fresh.clear();  // A servo has gone meanwhile, or there is none.
+  if (id) giveBackFresh(*shelf_->find(*id));  // A servo has gone meanwhile, or there is none.
   if (id && own != nullptr) volumes_.publish(shelf_->indexOf(*id), own);
   return id;
 }
@@ -141,9 +139,11 @@ void MeshStore::copyAside(Entry& entry) {
   aside_.start([fd = std::move(*fd), lock = lock_]() mutable { return openSnapshot(std::move(fd), lock); },
                [this, id = entry.info.id](Result<SnapshotMemory> copy) {
                  Entry* const asked = shelf_->find(id);
-                 if (asked == nullptr) return;  // dropped
-                 asked->spare = Spare::kAnswered;
-                 if (copy) asked->fresh.push_back(std::make_unique<SnapshotMemory>(std::move(*copy)));
+                 if (asked != nullptr) asked->spare = Spare::kAnswered;
+                 if (!copy) return;
+                 auto made = std::make_unique<SnapshotMemory>(std::move(*copy));
+                 if (asked != nullptr) return asked->fresh.push_back(std::move(made));
+                 giveBack(std::move(made), kLarge_bytes);  // Dropped meanwhile.
                });
 }
 
@@ -151,15 +151,18 @@ void MeshStore::noServoComes() {
   for (const auto& entry : shelf_->entries()) {
     if (entry == nullptr) continue;
     entry->spare = Spare::kNone;
-    for (auto& copy : std::exchange(entry->fresh, {})) giveBack(std::move(copy), entry->info.bytes);
+    giveBackFresh(*entry);
   }
+}
+
+void MeshStore::giveBackFresh(Entry& entry) {
+  for (auto& copy : std::exchange(entry.fresh, {})) giveBack(std::move(copy), entry.info.bytes);
 }
 
 /** What has many pages takes its time to go. */
 template <class Memory>
 void MeshStore::giveBack(Memory memory, std::uint64_t bytes) {
-  if (bytes < kLarge_bytes) return;
-  aside_.start([memory = std::move(memory)] { return Result<void>(); }, [](const Result<void>&) {});
+  if (bytes >= kLarge_bytes) (void)aside_.letGo(std::move(memory), [] {});
 }
 
 std::size_t MeshStore::servos() const { return shelf_->sinks().size(); }
@@ -182,6 +185,8 @@ void MeshStore::unpublish(std::uint32_t index) {
   volumes_.publish(index, nullptr);
   for (CommandSink* sink : shelf_->sinks()) sink->meshes().publish(index, nullptr);
 }
+
+Result<void> MeshStore::room(const Client& by) const { return shelf_->room(by); }
 
 Result<void> MeshStore::drop(std::uint64_t id, const Client& by) { return shelf_->drop(id, by); }
 

@@ -70,6 +70,8 @@ class MeshStore {
   /** Servos that read what is here. */
   [[nodiscard]] std::size_t servos() const;
 
+  /** kQuotaExceeded where that user may have no more. */
+  [[nodiscard]] Result<void> room(const Client& by) const;
   /** Publishes it to every servo. Counts, box, flags and size of `info` are read from the snapshot itself. */
   [[nodiscard]] Result<std::uint64_t> add(CheckedMesh mesh, MeshInfo info);
   /** The same of what is to be checked first. */
@@ -125,6 +127,7 @@ class MeshStore {
   void copyAside(Entry& entry);
   template <class Memory>
   void giveBack(Memory memory, std::uint64_t bytes);
+  void giveBackFresh(Entry& entry);
   Result<void> publish(std::uint32_t index, CommandSink& sink);
   void unpublish(std::uint32_t index);
   [[nodiscard]] PublishedMesh describe(std::uint32_t index, CommandSink& sink) const;

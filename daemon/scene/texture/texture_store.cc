@@ -99,6 +99,8 @@ void TextureStore::unpublish(std::uint32_t index) {
   for (CommandSink* sink : shelf_->sinks()) sink->meshes().publishTexture(index, nullptr);
 }
 
+Result<void> TextureStore::room(const Client& by) const { return shelf_->room(by); }
+
 Result<void> TextureStore::drop(std::uint64_t id, const Client& by) { return shelf_->drop(id, by); }
 
 void TextureStore::dropUnusedOf(std::uint64_t connection) { shelf_->dropUnusedOf(connection); }
@@ -178,7 +180,10 @@ void TextureStore::detach(CommandSink& sink) { shelf_->detach(sink); }
 
 void TextureStore::reclaim() {
   aside_.poll();
-  shelf_->reclaim([&](std::uint32_t index) { unpublish(index); }, [](std::unique_ptr<Entry>) {});
+  shelf_->reclaim([&](std::uint32_t index) { unpublish(index); },
+                  [&](std::unique_ptr<Entry> entry) {
+                    if (entry->info.bytes >= kLarge_bytes) (void)aside_.letGo(std::move(entry), [] {});
+                  });
 }
 
 }  // namespace hapticd

@@ -55,6 +55,8 @@ class TextureStore {
   /** Of the servos that there are, as LaidOut knows them. */
   [[nodiscard]] std::set<std::int64_t> periodsFor(const Texture& texture) const;
 
+  /** kQuotaExceeded where that user may have no more. */
+  [[nodiscard]] Result<void> room(const Client& by) const;
   /** `made` is what layOutAll() made of it; what is missing there is laid out now. */
   [[nodiscard]] Result<std::uint64_t> add(Texture texture, const Client& by, LaidOut made = {});
   /** Refused while a surface shows it. Its maker's user or administration. */

@@ -21,6 +21,9 @@
 
 namespace hapticd {
 
+/** From so many bytes on giving memory back takes the kernel long: 2 ms for 32 MB, some of it waiting for others. */
+inline constexpr std::uint64_t kLarge_bytes = 4 << 20;
+
 /** One job after the other on a thread of its own, begun with the first; each client has its turn. Control thread only.
  */
 class Aside {
@@ -66,6 +69,20 @@ class Aside {
   /** Nobody waits for that job: if it is not begun it is not worked on, and `done` gets kCancelled before the others.
    */
   void cancel(std::uint64_t number);
+  /**
+   * `held` goes on the thread, and `done` is called in a later poll(). False where there is no memory for the job: it
+   * went here, and `done` is not called.
+   */
+  template <class Held, class Done>
+  bool letGo(Held held, Done done) noexcept {
+    try {
+      (void)start([held = std::move(held)] { return Result<void>(); },
+                  [done = std::move(done)](const Result<void>&) mutable { done(); });
+      return true;
+    } catch (const std::exception&) {
+      return false;
+    }
+  }
   /** Tells what is done. */
   void poll();
   /** Jobs begun or waiting, or not told yet. */

@@ -1,11 +1,14 @@
 #include "daemon/scene/upload/uploads.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <new>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "daemon/log/log.h"
@@ -24,6 +27,7 @@ constexpr std::uint64_t kMost = sizeof(hd_mesh_upload) + HD_MAX_VERTICES * kVert
 
 void Uploads::setBuilder(std::unique_ptr<BuilderLeash> builder, std::string why_not) {
   builder_ = std::move(builder);
+  if (builder_ != nullptr) builder_->onSpent([this](UniqueFd file) { close(std::move(file), [] {}); });
   note_ = std::move(why_not);
 }
 
@@ -68,10 +72,55 @@ Uploads::Upload* Uploads::find(std::uint64_t id) {
   return it == uploads_.end() || it->second.cancelled ? nullptr : &it->second;
 }
 
+bool Uploads::isLarge(int fd) noexcept {
+  struct stat held {};
+  return fd >= 0 && ::fstat(fd, &held) == 0 && static_cast<std::uint64_t>(held.st_blocks) * 512 >= kLarge_bytes;
+}
+
 Uploads::Upload Uploads::take(std::uint64_t id) {
-  Upload upload = std::move(uploads_.at(id));
-  uploads_.erase(id);
-  return upload;
+  Upload& there = uploads_.at(id);
+  Upload taken = std::move(there);
+  there.file = std::move(taken.file);
+  forget(id);
+  return taken;
+}
+
+template <class... More>
+void Uploads::forget(std::uint64_t id, More... more) noexcept {
+  const auto it = uploads_.find(id);
+  if (it == uploads_.end()) return;
+  Upload& upload = it->second;
+  upload.cancelled = true;
+  upload.job = 0;
+  upload.progress = {};
+  upload.done = {};
+  upload.texture_done = {};
+  const bool at_once = sizeof...(More) == 0 && !isLarge(upload.file.fd());
+  if (at_once ||
+      !going_.letGo(std::make_tuple(std::move(upload.file), std::move(more)...), [this, id] { uploads_.erase(id); }))
+    uploads_.erase(it);
+}
+
+template <class... More>
+void Uploads::fail(std::uint64_t id, const Error& why, More... more) {
+  Upload& upload = uploads_.at(id);
+  const Done done = std::move(upload.done);
+  const TextureDone texture_done = std::move(upload.texture_done);
+  forget(id, std::move(more)...);
+  if (done) done(why);
+  if (texture_done) texture_done(why);
+}
+
+template <class Step>
+void Uploads::step(std::uint64_t id, Step&& go_on) {
+  try {
+    go_on();
+  } catch (const std::bad_alloc&) {
+    const Upload* const stands = find(id);  // If nothing goes on with it, whoever waits would wait for ever.
+    if (stands != nullptr && stands->job == 0 && stands->aside == 0)
+      fail(id, {ErrorCode::kSystem, "memory", "hapticd can have no more", "end programs, or raise MemoryMax="});
+    throw;
+  }
 }
 
 template <class Work, class Tell>
@@ -82,11 +131,8 @@ void Uploads::startAside(std::uint64_t id, Work work, Tell tell) {
       [this, id, tell = std::move(tell)](auto made) mutable {
         Upload& back = uploads_.at(id);
         back.aside = 0;
-        if (back.cancelled) {
-          uploads_.erase(id);
-        } else {
-          tell(back, std::move(made));
-        }
+        if (back.cancelled) return forget(id, std::move(made), std::move(tell));
+        step(id, [&] { tell(back, std::move(made)); });
       },
       upload.by.connection);
 }
@@ -117,14 +163,14 @@ Result<void> Uploads::commitTexture(std::uint64_t id, TextureDone done) {
   Upload& upload = uploads_.at(id);
   auto mapping = upload.file.map(Memfd::Access::kRead);
   if (!mapping) {
-    uploads_.erase(id);
+    forget(id);
     return mapping.error();
   }
   upload.texture_done = std::move(done);
   startAside(
       id, [file = std::move(upload.file), mapping = std::move(*mapping)] { return parseTexture(mapping.bytes()); },
       [this, id](Upload&, Result<Texture> texture) {
-        if (!texture) return take(id).texture_done(texture.error());
+        if (!texture) return fail(id, texture.error());
         layOut(id, std::move(*texture));
       });
   return {};
@@ -134,7 +180,9 @@ void Uploads::layOut(std::uint64_t id, Texture parsed) {
   Upload& upload = uploads_.at(id);
   upload.counts = 0;
   const std::uint64_t bytes = textures_.bytesFor(parsed);
-  if (auto r = quota_(upload.by.uid, bytes, 0); !r) return take(id).texture_done(r.error());
+  auto may = quota_(upload.by.uid, bytes, 0);
+  if (may) may = textures_.room(upload.by);
+  if (!may) return fail(id, may.error(), std::move(parsed));
   upload.counts = bytes;
   const auto texture = std::make_shared<Texture>(std::move(parsed));
   startAside(
@@ -143,28 +191,28 @@ void Uploads::layOut(std::uint64_t id, Texture parsed) {
         return layOutAll(*texture, periods, lock);
       },
       [this, id, texture](Upload&, Result<LaidOut> made) {
+        if (!made) return fail(id, made.error(), texture);
         const Upload done = take(id);
-        if (!made) return done.texture_done(made.error());
         auto added = textures_.add(std::move(*texture), done.by, std::move(*made));
         if (added) log::info("texture {} of '{}'", *added, log::printable(done.by.name));
         done.texture_done(added);
       });
 }
 
-void Uploads::cancel(std::uint64_t id) {
-  const auto it = uploads_.find(id);
-  if (it == uploads_.end()) return;
-  Upload& upload = it->second;
-  if (upload.job != 0 && builder_ != nullptr) builder_->cancel(upload.job);
-  if (upload.aside == 0) return (void)uploads_.erase(it);
-  aside_.cancel(upload.aside);
-  upload.cancelled = true;
-  upload.progress = {};
-  upload.done = {};
-  upload.texture_done = {};
+void Uploads::cancel(std::uint64_t id) noexcept {
+  Upload* const upload = find(id);
+  if (upload == nullptr) return;
+  if (upload->job != 0 && builder_ != nullptr) builder_->cancel(upload->job);
+  if (upload->aside == 0) return forget(id);
+  aside_.cancel(upload->aside);
+  upload->cancelled = true;
+  upload->progress = {};
+  upload->done = {};
+  upload->texture_done = {};
 }
 
 void Uploads::poll() {
+  going_.poll();
   aside_.poll();
   if (builder_ == nullptr) return;
   BuildReport report;
@@ -173,11 +221,14 @@ void Uploads::poll() {
     for (const auto& [i, upload] : uploads_) {
       if (upload.job == report.job && report.job != 0) id = i;
     }
-    if (id == 0) continue;  // cancelled
+    if (id == 0) {  // Cancelled.
+      for (UniqueFd* const file : {&report.snapshot, &report.volume}) close(std::move(*file), [] {});
+      continue;
+    }
     if (report.kind == BuildReport::Kind::kProgress) {
       if (const Progress progress = uploads_.at(id).progress) progress(report.fraction, report.stage);
     } else {
-      finish(id, report);
+      step(id, [&] { finish(id, report); });
     }
     report = {};
   }
@@ -188,9 +239,9 @@ void Uploads::finish(std::uint64_t id, BuildReport& report) {
   upload.job = 0;
   if (report.kind == BuildReport::Kind::kFailed) {
     log::warn("a mesh of '{}' is refused: {}", log::printable(upload.by.name), log::printable(toString(report.error)));
-    return take(id).done(report.error);
+    return fail(id, report.error);
   }
-  upload.file = Memfd();  // the build has it all
+  if (Memfd spent = std::move(upload.file); isLarge(spent.fd())) (void)going_.letGo(std::move(spent), [] {});
   MeshInfo info;
   info.owner = upload.by;
   info.build_ns = report.stats.build_ns;
@@ -203,7 +254,7 @@ void Uploads::check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cac
   // Count the memory by its real size, not by what its header says, and in place of the upload it was made from.
   const std::uint64_t bytes = meshes_.bytesFor(built.snapshot, built.volume);
   upload.counts = 0;
-  if (auto r = quota_(upload.by.uid, bytes, info.triangles); !r) return take(id).done(r.error());
+  if (auto r = quota_(upload.by.uid, bytes, info.triangles); !r) return fail(id, r.error(), std::move(built));
   upload.counts = bytes;
   info.notes = built.notes;
   info.cache_key = upload.cache_key;
@@ -213,26 +264,37 @@ void Uploads::check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cac
   if (keep) kept = {std::move(*snapshot), std::move(*volume), std::move(built.notes)};
   startAside(
       id,
-      [snapshot = std::move(built.snapshot), volume = std::move(built.volume), lock = meshes_.locks(),
-       servos = meshes_.servos()]() mutable { return checkMesh(std::move(snapshot), std::move(volume), lock, servos); },
-      [this, id, cached, bytes, keep, kept = std::move(kept), info = std::move(info)](
-          Upload& back, Result<CheckedMesh> mesh) mutable {
-        if (!mesh && cached && mesh.error().code == ErrorCode::kBadSnapshot) {
-          log::warn("a cached volume is built again: {}", toString(mesh.error()));
+      [snapshot = std::move(built.snapshot), volume = std::move(built.volume), kept = std::move(kept),
+       lock = meshes_.locks(), servos = meshes_.servos()]() mutable -> Result<Checked> {
+        auto mesh = checkMesh(std::move(snapshot), std::move(volume), lock, servos);
+        if (!mesh) return mesh.error();
+        return Checked{std::move(*mesh), std::move(kept)};
+      },
+      [this, id, cached, bytes, keep, info = std::move(info)](Upload& back, Result<Checked> checked) mutable {
+        if (!checked && cached && checked.error().code == ErrorCode::kBadSnapshot) {
+          log::warn("a cached volume is built again: {}", toString(checked.error()));
           cache_->drop(back.cache_key);
           back.counts = back.file.size();
           return build(id);
         }
-        const Upload done = take(id);
-        auto made = mesh ? adopt(std::move(*mesh), std::move(info), bytes) : Result<MeshInfo>(mesh.error());
-        if (made && keep) cache_->keep(done.cache_key, std::move(kept.snapshot), std::move(kept.volume), kept.notes);
-        done.done(std::move(made));
+        if (!checked) return fail(id, checked.error());
+        back.counts = 0;
+        auto made = adopt(*checked, std::move(info), bytes);
+        if (!made) {
+          back.counts = bytes;
+          return fail(id, made.error(), std::move(*checked));
+        }
+        const Upload over = take(id);
+        CachedBuild& kept = checked->kept;
+        if (keep) cache_->keep(over.cache_key, std::move(kept.snapshot), std::move(kept.volume), kept.notes);
+        over.done(std::move(made));
       });
 }
 
-Result<MeshInfo> Uploads::adopt(CheckedMesh mesh, MeshInfo info, std::uint64_t bytes) {
+Result<MeshInfo> Uploads::adopt(Checked& checked, MeshInfo info, std::uint64_t bytes) {
   if (auto r = quota_(info.owner.uid, bytes, info.triangles); !r) return r.error();
-  const auto id = meshes_.add(std::move(mesh), std::move(info));
+  if (auto r = meshes_.room(info.owner); !r) return r.error();
+  const auto id = meshes_.add(std::move(checked.mesh), std::move(info));
   if (!id) return id.error();
   const MeshInfo& made = *meshes_.find(*id);
   log::info("mesh {} of '{}': {} triangles, {} bytes, built in {:.1f} ms", made.id, log::printable(made.owner.name),
@@ -273,7 +335,7 @@ void Uploads::build(std::uint64_t id) {
   Upload& upload = uploads_.at(id);
   auto job = builder_ == nullptr ? Result<std::uint64_t>(Error{ErrorCode::kBuilderFailed, "builder", note_, {}})
                                  : builder_->submit(upload.file.fd(), upload.by.connection);
-  if (!job) return take(id).done(job.error());
+  if (!job) return fail(id, job.error());
   upload.job = *job;
 }
 

@@ -22,7 +22,8 @@ namespace hapticd {
 /** Control thread only. */
 class Uploads {
  public:
-  static constexpr std::size_t kPerUser = 16;  ///< Under way at a time: each holds descriptors of ours.
+  static constexpr std::size_t kPerUser = 16;    ///< Under way at a time: each holds descriptors of ours.
+  static constexpr std::size_t kMostGoing = 64;  ///< Descriptors on their way to be closed; more are closed at once.
   using Progress = std::function<void(float fraction, const std::string& stage)>;
   using Done = std::function<void(Result<MeshInfo>)>;
   using TextureDone = std::function<void(Result<std::uint64_t>)>;
@@ -51,16 +52,28 @@ class Uploads {
   /** What was filled is a texture (proto/texture.h). As commit(); what `done` is told has ended the upload. */
   [[nodiscard]] Result<void> commitTexture(std::uint64_t id, TextureDone done);
   /**
-   * Forgets the upload; a build under way is cancelled and `done` not called. What is worked on aside counts until the
-   * thread has let go of it.
+   * Forgets the upload; a build under way is cancelled and `done` not called. What is large, or worked on aside, counts
+   * until a thread has let go of it.
    */
-  void cancel(std::uint64_t id);
+  void cancel(std::uint64_t id) noexcept;
+  /**
+   * Closes what may be the last descriptor of large memory, aside; `gone` is called when that is done, now or by a
+   * later poll(). Copying `gone` must not throw.
+   */
+  template <class Gone>
+  void close(UniqueFd file, Gone gone) noexcept {
+    if (isLarge(file.get()) && going_.size() < kMostGoing && going_.letGo(std::move(file), gone)) return;
+    file.reset();
+    gone();
+  }
 
   /** Takes what the builder says, and what has been checked aside. Call every few milliseconds. */
   void poll();
-  /** Something is checked aside. */
-  [[nodiscard]] bool busy() const { return aside_.size() != 0; }
+  /** Something is checked, or goes, aside. */
+  [[nodiscard]] bool busy() const { return aside_.size() != 0 || going_.size() != 0; }
   [[nodiscard]] Aside& aside() { return aside_; }
+  /** Where large memory goes that nobody needs any more, so that it waits for no check. */
+  [[nodiscard]] Aside& going() { return going_; }
 
   [[nodiscard]] std::uint64_t bytesOf(std::uint32_t uid) const;
   [[nodiscard]] std::size_t size() const { return uploads_.size(); }
@@ -72,7 +85,7 @@ class Uploads {
     std::uint64_t counts = 0;  ///< For its user: what it is, or is to become [bytes].
     bool committed = false;
     std::uint64_t aside = 0;  ///< Job of a thread of ours, which has its memory; 0: none.
-    bool cancelled = false;   ///< And nobody waits for what that makes of it.
+    bool cancelled = false;   ///< Nobody waits for it; it counts until its memory has gone.
     std::uint64_t job = 0;    ///< Of the builder; 0: none.
     Progress progress;
     Done done;
@@ -82,7 +95,18 @@ class Uploads {
   [[nodiscard]] Result<void> freeze(std::uint64_t id);
   /** Null: it is cancelled. */
   [[nodiscard]] Upload* find(std::uint64_t id);
+  [[nodiscard]] static bool isLarge(int fd) noexcept;
+  /** It is over; its memory goes. */
   [[nodiscard]] Upload take(std::uint64_t id);
+  /** Its memory goes, with what else there is of it, and then itself. */
+  template <class... More>
+  void forget(std::uint64_t id, More... more) noexcept;
+  /** Tells so; what there is of it goes. */
+  template <class... More>
+  void fail(std::uint64_t id, const Error& why, More... more);
+  /** Goes on with it; for want of memory it fails. */
+  template <class Step>
+  void step(std::uint64_t id, Step&& go_on);
   /** Has `work` done aside; `tell` gets its upload and what it gave, if the upload is not cancelled meanwhile. */
   template <class Work, class Tell>
   void startAside(std::uint64_t id, Work work, Tell tell);
@@ -92,7 +116,12 @@ class Uploads {
   void build(std::uint64_t id);
   /** A build, new or from the cache, on its way to the store. */
   void check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cached);
-  [[nodiscard]] Result<MeshInfo> adopt(CheckedMesh mesh, MeshInfo info, std::uint64_t bytes);
+  /** A mesh with what of it is to be kept on disk. */
+  struct Checked {
+    CheckedMesh mesh;
+    CachedBuild kept;
+  };
+  [[nodiscard]] Result<MeshInfo> adopt(Checked& checked, MeshInfo info, std::uint64_t bytes);
   void layOut(std::uint64_t id, Texture texture);
 
   MeshStore& meshes_;
@@ -103,6 +132,7 @@ class Uploads {
   std::string note_ = "not started";
   std::map<std::uint64_t, Upload> uploads_;
   std::uint64_t next_ = 1;
+  Aside going_;
   Aside aside_;  // last: its thread ends first
 };
 

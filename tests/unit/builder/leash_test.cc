@@ -326,6 +326,24 @@ TEST(LeashLiar, WhatItSaysAfterBreakingTheProtocolCountsNoMore) {
   }
 }
 
+/** Whoever has large memory to close knows where there is time for it. */
+TEST(LeashLiar, WhatComesOfACancelledJobIsHandedOn) {
+  Liar liar(3);
+  std::vector<UniqueFd> spent;
+  liar.leash->onSpent([&](UniqueFd file) { spent.push_back(std::move(file)); });
+  const std::uint64_t job = submit(*liar.leash, frozen(upload(cube())));
+  liar.leash->cancel(job);
+  EXPECT_EQ(outcome(*liar.leash, job).error.code, ErrorCode::kCancelled);
+  BuildReport report;
+  for (int i = 0; i < 100 && spent.size() < 4; ++i) {
+    pollfd poll{liar.leash->fd(), POLLIN, 0};
+    ::poll(&poll, 1, 100);
+    EXPECT_FALSE(liar.leash->next(report));
+  }
+  EXPECT_EQ(spent.size(), 4u) << "the upload, the volume, the snapshot, and one of a job that is over";
+  for (const UniqueFd& file : spent) EXPECT_TRUE(file.valid());
+}
+
 TEST(LeashLimits, MemoryBeyondTheLimitIsAnErrorOfTheJob) {
   if (!sandboxIsComplete()) GTEST_SKIP() << "sanitizers need the address space";
   BuilderOptions o = options();

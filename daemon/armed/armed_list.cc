@@ -1,6 +1,7 @@
 #include "daemon/armed/armed_list.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,8 +14,6 @@
 namespace hapticd {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 20;  ///< A list is some hundred bytes.
-
 /** Whether whoever opens `path` finds this file. */
 bool isAt(int fd, const std::string& path) {
   struct stat held {
@@ -26,7 +25,7 @@ bool isAt(int fd, const std::string& path) {
 Result<std::string> readAll(int fd, const std::string& path) {
   std::string text;
   std::array<char, 4096> piece;
-  while (text.size() < kMostBytes) {
+  while (text.size() < ArmedList::kMostBytes) {
     const ssize_t n = ::pread(fd, piece.data(), piece.size(), static_cast<off_t>(text.size()));
     if (n < 0) return systemError(path, "read", errno);
     if (n == 0) break;
@@ -43,6 +42,12 @@ void forLines(std::string_view text, F&& f) {
     if (line.find_first_not_of(' ') != std::string_view::npos) f(line, static_cast<long>(at));
     at += line.size() + 1;
   }
+}
+
+Error tooLong(const std::string& path) {
+  return {ErrorCode::kSystem, path,
+          fmt::format("it has more than {} bytes, and nobody reads on", ArmedList::kMostBytes),
+          "see who writes to it: a device that cannot be listed is not armed"};
 }
 
 }  // namespace
@@ -91,7 +96,7 @@ ArmedList::~ArmedList() {
     return;
   }
   std::vector<std::string> armed;
-  for (const auto& [uri, place] : places_) armed.push_back(uri);
+  for (const auto& [uri, at] : places_) armed.push_back(uri);
   for (const std::string& uri : armed) remove(uri);
 }
 
@@ -147,19 +152,19 @@ Result<bool> ArmedList::mend() {
   auto there = readAll(file_.get(), path_);
   if (!there) return there.error();
   if (*there == text_) return false;
-  std::map<std::string, Place> found;
+  std::map<std::string, long> found;
   forLines(*there, [&](std::string_view line, long at) {
-    if (has(std::string(line))) found.try_emplace(std::string(line), Place{at, true});
+    if (has(std::string(line))) found.try_emplace(std::string(line), at);
   });
   if (auto r = writeAnew(file_.get(), std::move(*there), std::move(found)); !r) return r.error();
   return true;
 }
 
-Result<void> ArmedList::writeAnew(int file, std::string there, std::map<std::string, Place> places) {
+Result<void> ArmedList::writeAnew(int file, std::string there, std::map<std::string, long> places) {
   std::multimap<std::string, long> left;
   forLines(there, [&](std::string_view line, long at) {
     const auto own = places.find(std::string(line));
-    if (own == places.end() || own->second.offset != at) left.emplace(line, at);
+    if (own == places.end() || own->second != at) left.emplace(line, at);
   });
   const std::size_t from = there.size();
   if (from > 0) there += '\n';
@@ -168,11 +173,12 @@ Result<void> ArmedList::writeAnew(int file, std::string there, std::map<std::str
     left.emplace(uri, static_cast<long>(there.size()));
     there += uri + '\n';
   }
-  for (const auto& [uri, place] : places_) {
-    if (!place.armed || places.count(uri) != 0) continue;
-    places[uri] = {static_cast<long>(there.size()), true};
+  for (const auto& [uri, before] : places_) {
+    if (places.count(uri) != 0) continue;
+    places[uri] = static_cast<long>(there.size());
     there += uri + '\n';
   }
+  if (there.size() > kMostBytes) return tooLong(path_);
   const std::string more = there.substr(from);
   if (::pwrite(file, more.data(), more.size(), static_cast<off_t>(from)) != static_cast<ssize_t>(more.size())) {
     const int why = errno;
@@ -192,34 +198,48 @@ Result<void> ArmedList::add(const std::string& uri) {
     error.remedy = "see to its folder: a device that cannot be listed is not armed";
     return error;
   }
-  const auto [it, fresh] = places_.try_emplace(uri, Place{end(), false});
-  if (it->second.armed) return {};
-  if (!writeAt(it->second.offset, uri + '\n')) {
+  if (has(uri)) return {};
+  const std::string line = uri + '\n';
+  const long at = roomFor(line.size());
+  if (static_cast<std::size_t>(at) + line.size() > kMostBytes) return tooLong(path_);
+  const auto it = places_.emplace(uri, at).first;
+  if (!writeAt(at, line)) {
     const int why = errno;
-    if (fresh) {
-      (void)!::ftruncate(file_.get(), end());  // half a line says nothing
-      places_.erase(it);
-    }
+    // Half a line says nothing.
+    (void)!::pwrite(file_.get(), text_.data() + at, std::min(line.size(), text_.size() - static_cast<std::size_t>(at)),
+                    at);
+    (void)!::ftruncate(file_.get(), end());
+    places_.erase(it);
     return systemError(path_, "write", why,
                        "make room there, or see to that disk: a device that cannot be listed is not armed");
   }
-  it->second.armed = true;
   return {};
+}
+
+long ArmedList::roomFor(std::size_t bytes) const {
+  std::size_t from = 0;  // Of the blank lines that end at `at`.
+  for (std::size_t at = 0, end = 0; (end = text_.find('\n', at)) != std::string::npos;) {
+    const bool blank = text_.find_first_not_of(' ', at) == end;
+    at = end + 1;
+    if (!blank) {
+      from = at;
+    } else if (at - from >= bytes) {
+      return static_cast<long>(from);
+    }
+  }
+  return end();
 }
 
 void ArmedList::remove(const std::string& uri) {
   const bool known = mend().ok();
   settle(uri);  // What has been switched off is at zero, whoever energised it.
   const auto it = places_.find(uri);
-  if (it == places_.end() || !it->second.armed) return;
+  if (it == places_.end()) return;
   // A line that cannot be taken back costs no more than a device that is brought to zero once more.
-  if (known) (void)writeAt(it->second.offset, std::string(uri.size(), ' ') + '\n');
-  it->second.armed = false;
+  if (known) (void)writeAt(it->second, std::string(uri.size(), ' ') + '\n');
+  places_.erase(it);
 }
 
-bool ArmedList::has(const std::string& uri) const {
-  const auto it = places_.find(uri);
-  return it != places_.end() && it->second.armed;
-}
+bool ArmedList::has(const std::string& uri) const { return places_.count(uri) != 0; }
 
 }  // namespace hapticd

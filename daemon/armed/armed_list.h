@@ -2,9 +2,10 @@
  * The list of devices that the daemon may have energised: a file, so that somebody else can bring them to zero when the
  * daemon is dead (hapticd-safe).
  *
- * One URI a line. Each URI keeps its place in the file; while it is not armed spaces stand there, so that every change
- * is one write and a daemon killed at any instant leaves whole lines. In a file that somebody has removed or edited
- * places are given anew. The daemon holds a lock on the file while it lives.
+ * One URI a line. Each keeps its place in the file while it is armed; then spaces stand there, which the next one that
+ * fits takes: every change is one write, a daemon killed at any instant leaves whole lines, and the list stays as short
+ * as whoever reads it expects. In a file that somebody has removed or edited places are given anew. The daemon holds a
+ * lock on the file while it lives.
  */
 #pragma once
 
@@ -19,6 +20,8 @@ namespace hapticd {
 /** Control thread only. */
 class ArmedList {
  public:
+  static constexpr std::size_t kMostBytes = std::size_t{1} << 20;  ///< Nobody reads on; a list is some hundred bytes.
+
   /** A list that keeps nothing: for tests, and where there is no folder to write to. */
   ArmedList() = default;
   /**
@@ -52,21 +55,19 @@ class ArmedList {
   /** Opens or makes the file, and locks it. */
   [[nodiscard]] static Result<UniqueFd> lock(const std::string& path);
 
-  struct Place {
-    long offset = 0;
-    bool armed = false;
-  };
   [[nodiscard]] bool writeAt(long offset, const std::string& text);
   [[nodiscard]] long end() const { return static_cast<long>(text_.size()); }
+  /** Where blank lines have so many bytes, their ends included; else the end. */
+  [[nodiscard]] long roomFor(std::size_t bytes) const;
   /** keep() of a file that is there: true where it was edited. Before any place is relied on. */
   [[nodiscard]] Result<bool> mend();
   /** To the end of a file with the text `there`, where `places` are ours already. */
-  [[nodiscard]] Result<void> writeAnew(int file, std::string there, std::map<std::string, Place> places);
+  [[nodiscard]] Result<void> writeAnew(int file, std::string there, std::map<std::string, long> places);
 
   UniqueFd file_;
   std::string path_;
-  std::string text_;  ///< Of the file, as we have left it.
-  std::map<std::string, Place> places_;
+  std::string text_;                       ///< Of the file, as we have left it.
+  std::map<std::string, long> places_;     ///< Of what is armed, where it stands.
   std::multimap<std::string, long> left_;  ///< By URI, where it stands.
 };
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <random>
+#include <set>
 #include <sstream>
 
 #include "daemon/armed/armed_list.h"
@@ -46,6 +47,48 @@ TEST_F(ArmedFile, StandsOnDiskWhileArmedAndNoLonger) {
   EXPECT_FALSE(list.has("falcon://1"));
   ASSERT_TRUE(list.add("falcon://1").ok());
   EXPECT_EQ(armedIn(text()), (Uris{"falcon://1", "sim://omega3"})) << "at its place again";
+}
+
+/** Whoever reads it reads so much of it: devices that were armed once must not push out those that are. */
+TEST_F(ArmedFile, StaysShortWhateverWasArmed) {
+  std::mt19937 random(seedOf(9));
+  ArmedList list = open();
+  std::set<std::string> armed;
+  const auto uri = [&](int number) {
+    return "sim://" + std::to_string(number) + std::string(2000 + random() % 2000, 'x');
+  };
+  std::uint64_t written = 0;
+  for (int i = 0; written < 3 * ArmedList::kMostBytes; ++i) {
+    const bool adds = armed.empty() || (armed.size() < 32 && random() % 2 == 0);
+    if (adds) {
+      const std::string one = uri(i);
+      ASSERT_TRUE(list.add(one).ok());
+      armed.insert(one);
+      written += one.size();
+    } else {
+      const std::string one = *std::next(armed.begin(), static_cast<long>(random() % armed.size()));
+      list.remove(one);
+      armed.erase(one);
+    }
+    if (i % 16 != 0) continue;
+    const Uris there = armedIn(text());
+    ASSERT_EQ(std::set<std::string>(there.begin(), there.end()), armed) << i;
+    ASSERT_EQ(there.size(), armed.size());
+    ASSERT_LT(text().size(), ArmedList::kMostBytes / 2);
+  }
+}
+
+TEST_F(ArmedFile, NothingIsArmedThatNobodyWouldReadOf) {
+  std::ofstream(path()) << std::string(ArmedList::kMostBytes - 10, 'x') << '\n';
+  ArmedList list = open();
+  EXPECT_TRUE(list.add("sim://x").ok()) << "there is room for it";
+  const auto refused = list.add("sim://y");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_FALSE(refused.error().remedy.empty());
+  EXPECT_FALSE(list.has("sim://y"));
+  list.remove("sim://x");
+  EXPECT_TRUE(list.add("sim://y").ok()) << "in its place";
+  ASSERT_EQ(armedIn(text()).back(), "sim://y");
 }
 
 TEST_F(ArmedFile, AnEndEmptiesItAndADeathDoesNot) {

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <new>
 #include <utility>
 
 #include "rt/scene/vertex_motion.h"
@@ -122,8 +123,12 @@ Result<std::unique_ptr<SnapshotMemory>> MeshStore::copyFor(Entry& entry) const {
 
 bool MeshStore::readyForServo() {
   bool ready = true;
+  std::uint64_t at_once = 0;  ///< In attach().
   for (const auto& entry : shelf_->entries()) {
-    if (entry == nullptr || entry->dropped || !entry->info.deformable || entry->info.bytes < kLarge_bytes) continue;
+    if (entry == nullptr || entry->dropped || !entry->info.deformable) continue;
+    at_once += entry->info.bytes;
+    if (at_once < kLarge_bytes) continue;
+    at_once -= entry->info.bytes;
     if (entry->spare == Spare::kNone && entry->fresh.empty()) copyAside(*entry);
     ready = ready && entry->spare != Spare::kAsked;
   }
@@ -148,18 +153,24 @@ void MeshStore::copyAside(Entry& entry) {
 }
 
 void MeshStore::noServoComes() {
+  std::vector<std::unique_ptr<SnapshotMemory>> gone;
+  std::uint64_t bytes = 0;
   for (const auto& entry : shelf_->entries()) {
     if (entry == nullptr) continue;
     entry->spare = Spare::kNone;
-    giveBackFresh(*entry);
+    for (auto& copy : std::exchange(entry->fresh, {})) {
+      bytes += entry->info.bytes;
+      gone.push_back(std::move(copy));
+    }
   }
+  giveBack(std::move(gone), bytes);
 }
 
 void MeshStore::giveBackFresh(Entry& entry) {
   for (auto& copy : std::exchange(entry.fresh, {})) giveBack(std::move(copy), entry.info.bytes);
 }
 
-/** What has many pages takes its time to go. */
+/** What has many pages, also of many things, takes its time to go. */
 template <class Memory>
 void MeshStore::giveBack(Memory memory, std::uint64_t bytes) {
   if (bytes >= kLarge_bytes) (void)aside_.letGo(std::move(memory), [] {});
@@ -248,21 +259,33 @@ Result<void> MeshStore::attach(CommandSink& sink) {
 }
 
 void MeshStore::detach(CommandSink& sink) {
-  for (const auto& entry : shelf_->entries()) {
-    if (entry == nullptr) continue;
-    if (const auto own = entry->copies.find(&sink); own != entry->copies.end())
-      giveBack(std::move(own->second), entry->info.bytes);
+  std::vector<std::unique_ptr<SnapshotMemory>> gone;
+  std::uint64_t bytes = 0;
+  try {
+    gone.reserve(kMaxMeshes);
+    for (const auto& entry : shelf_->entries()) {
+      if (entry == nullptr) continue;
+      const auto own = entry->copies.find(&sink);
+      if (own == entry->copies.end()) continue;
+      bytes += entry->info.bytes;
+      gone.push_back(std::move(own->second));
+    }
+  } catch (const std::bad_alloc&) {  // Then here.
   }
   shelf_->detach(sink);
+  giveBack(std::move(gone), bytes);
 }
 
 void MeshStore::reclaim() {
   aside_.poll();
+  std::vector<std::unique_ptr<Entry>> gone;
+  std::uint64_t bytes = 0;
   shelf_->reclaim([&](std::uint32_t index) { unpublish(index); },
                   [&](std::unique_ptr<Entry> entry) {
-                    const std::uint64_t bytes = entry->info.bytes;
-                    giveBack(std::move(entry), bytes);
+                    bytes += entry->info.bytes;
+                    gone.push_back(std::move(entry));
                   });
+  giveBack(std::move(gone), bytes);
 }
 
 }  // namespace hapticd

@@ -101,8 +101,8 @@ class MeshStore {
   void use(std::uint64_t id);
   void release(std::uint64_t id);
   /**
-   * Whether attach() would be quick: a servo needs deformable meshes for itself, and of large ones this has a copy made
-   * on a thread aside. Where it is false, ask again after reclaim().
+   * Whether attach() would be quick: a servo needs deformable meshes for itself, and of large ones, or many, this has
+   * copies made on a thread aside. Where it is false, ask again after reclaim().
    */
   [[nodiscard]] bool readyForServo();
   /** The servo does not come, and no other is on its way: what was made aside for it goes. */

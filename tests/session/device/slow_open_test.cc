@@ -127,6 +127,42 @@ TEST(SlowOpen, WaitsForTheCopyOfALargeMeshThatItsServoNeeds) {
   EXPECT_TRUE(isSeen(waits)) << "control made it itself";
 }
 
+/** Each is copied, and goes, in no time, but not all of them. */
+TEST(SlowOpen, SoDoManySmallMeshes) {
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(torus(60, 40), HD_MESH_DEFORMABLE), monitor);
+  ASSERT_TRUE(built.ok());
+  std::vector<std::uint64_t> ids;
+  const auto fill = [&](MeshStore& meshes) {
+    ids.clear();
+    for (std::uint64_t bytes = 0; bytes < 3 * kLarge_bytes; bytes += meshes.find(ids.back())->bytes) {
+      ids.push_back(*meshes.add(std::move(*built->memfd.share()), {}));
+      ASSERT_LT(meshes.find(ids.back())->bytes, kLarge_bytes);
+    }
+  };
+  const auto waits = [&] {
+    SlowBench slow;
+    fill(slow.bench.core.meshes());
+    return isWaitedFor(slow, [&] { return slow.bench.core.meshes().busy(); });
+  };
+  EXPECT_TRUE(isSeen(waits)) << "control made them itself";
+  Bench bench;
+  MeshStore& meshes = bench.core.meshes();
+  fill(meshes);
+  ASSERT_TRUE(bench.core.openDevice("test://other").ok());
+  while (meshes.busy()) bench.step();
+  ASSERT_TRUE(bench.core.closeDevice("test://other", bench.administration).ok());
+  EXPECT_TRUE(meshes.busy()) << "the copies of its servo go aside";
+  while (meshes.busy()) bench.step();
+  for (const std::uint64_t id : ids) ASSERT_TRUE(meshes.drop(id, Client{.administration = true}).ok());
+  bool seen = false;
+  for (int i = 0; i < 100 && !seen; ++i) {
+    bench.step();
+    seen = meshes.busy();
+  }
+  EXPECT_TRUE(seen) << "and so do they";
+}
+
 /** Its threads find no processor: the group ends after all was made ready for it. */
 TEST(SlowOpen, WhatWasMadeForAServoThatDoesNotStartGoes) {
   BuildMonitor monitor;

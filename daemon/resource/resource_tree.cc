@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "daemon/resource/properties.h"
@@ -109,15 +110,16 @@ Json volumes(Core& core) {
   Json json = Json::array();
   VolumeCache* cache = core.uploads().cache();
   if (cache == nullptr) return json;
+  std::map<std::string, Json> shown_by;
+  for (const ObjectNow& object : core.scene().list()) {
+    const MeshInfo* mesh = core.meshes().find(object.spec.shape.mesh);
+    if (object.spec.shape.kind == ShapeKind::kMesh && mesh != nullptr)
+      shown_by[mesh->cache_key].push_back(object.spec.name);
+  }
   for (const CachedVolume& volume : cache->list()) {
-    Json objects = Json::array();
-    for (const ObjectNow& object : core.scene().list()) {
-      const MeshInfo* mesh = core.meshes().find(object.spec.shape.mesh);
-      if (object.spec.shape.kind == ShapeKind::kMesh && mesh != nullptr && mesh->cache_key == volume.key)
-        objects.push_back(object.spec.name);
-    }
+    const auto objects = shown_by.find(volume.key);
     json.push_back({{"key", volume.key},
-                    {"objects", std::move(objects)},
+                    {"objects", objects == shown_by.end() ? Json::array() : objects->second},
                     {"bytes", volume.bytes},
                     {"vdb_bytes", volume.vdb_bytes},
                     {"unused_s", number(volume.unused_s)}});

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "tests/support/process/no_descriptors.h"
 #include "tests/support/process/temporary_directory.h"
 
 namespace hapticd::test {
@@ -29,6 +30,14 @@ TEST(ListenSocket, WhatCannotBeLookedAtIsNotLost) {
   const auto second = ListenSocket::bind(folder.string() + "/control.sock", 0600, {});
   ASSERT_FALSE(second.ok());
   EXPECT_EQ(second.error().code, ErrorCode::kAlreadyExists) << "its lock was never let go of";
+}
+
+TEST(ListenSocket, WhatHasRunOutIsNoWantOfRights) {
+  const TemporaryDirectory directory;
+  const NoDescriptors none;
+  const auto socket = ListenSocket::bind(directory.path() + "/control.sock", 0600, {});
+  ASSERT_FALSE(socket.ok());
+  EXPECT_NE(socket.error().remedy.find("LimitNOFILE"), std::string::npos) << socket.error().remedy;
 }
 
 }  // namespace

@@ -120,7 +120,9 @@ std::vector<Entry> entriesOf(const std::string& directory) {
     if (other.extension() == ".vdb" && !fs::exists(cachedOf(other), error)) fs::remove(file.path(), error);
     if (other.extension() != ".hvol" || !file.is_regular_file(error)) continue;
     other.replace_extension(kCachedVdbEnding);
-    Entry entry{file.path(), other, file.last_write_time(error), file.file_size(error)};
+    Entry entry{file.path(), other, file.last_write_time(error), 0};
+    entry.bytes = fs::file_size(entry.cached, error);
+    if (error) continue;  // It has gone meanwhile.
     entry.ahead = entry.used > now;
     if (const auto beside = fs::file_size(entry.vdb, error); !error) entry.vdb_bytes = beside;
     entries.push_back(std::move(entry));
@@ -158,8 +160,7 @@ VolumeCache::~VolumeCache() {
   awaitWriter();
 }
 
-std::vector<CachedVolume> VolumeCache::list() {
-  const std::lock_guard lock(pruning_);
+std::vector<CachedVolume> VolumeCache::list() const {
   std::vector<CachedVolume> all;
   const auto now = fs::file_time_type::clock::now();
   for (const Entry& entry : entriesOf(directory_)) {
@@ -200,6 +201,7 @@ void VolumeCache::prune() {
   if (entries.empty()) return;
   std::uint64_t sum = 0;
   for (const Entry& entry : entries) sum += entry.bytes + entry.vdb_bytes;
+  std::size_t left = entries.size();
   const auto remove = [&](const fs::path& path, std::uint64_t bytes) {
     std::error_code error;
     fs::remove(path, error);
@@ -211,11 +213,12 @@ void VolumeCache::prune() {
     last.vdb_bytes = 0;
   }
   for (const Entry& entry : entries) {
-    if (sum <= most_bytes_) return;
+    if (sum <= most_bytes_ && left <= kMostVolumes) return;
     // The OpenVDB file goes first; the newest volume is better kept without its own than dropped.
     remove(entry.vdb, entry.vdb_bytes);
     if (&entry == &entries.back() && sum <= most_bytes_) return;
     remove(entry.cached, entry.bytes);
+    --left;
   }
 }
 

@@ -41,10 +41,12 @@ struct CachedVolume {
  */
 class VolumeCache {
  public:
+  static constexpr std::size_t kMostVolumes = 1000;  ///< list() looks at each.
+
   /**
-   * Beyond `most_bytes` the volumes longest unused go with what is beside them; one that is larger is not kept. The
-   * directory is made if need be; what a daemon that died had begun to write is removed. With `vdb` OpenVDB files are
-   * made, also of what is found without one.
+   * Beyond `most_bytes`, or kMostVolumes, those longest unused go with what is beside them; one that is larger is not
+   * kept. The directory is made if need be; what a daemon that died had begun to write is removed. With `vdb` OpenVDB
+   * files are made, also of what is found without one.
    */
   VolumeCache(std::string directory, std::uint64_t most_bytes, std::optional<VdbOptions> vdb = {});
   /** Awaits what is being written; what waits behind it is not kept. */
@@ -68,7 +70,7 @@ class VolumeCache {
   /** Why the last one could not be kept there, or none can be; nothing once one is, or the cause is seen to be gone. */
   [[nodiscard]] std::optional<Error> trouble();
   /** Those longest unused first. */
-  [[nodiscard]] std::vector<CachedVolume> list();
+  [[nodiscard]] std::vector<CachedVolume> list() const;
   /**
    * Its OpenVDB file, to be read. kWouldBlock while it is being made, kNotFound if there is none, kUnsupported where
    * none are made.
@@ -110,7 +112,7 @@ class VolumeCache {
   std::mutex mutex_;
   std::deque<Job> jobs_;             ///< Under the mutex, but for what the writer does with the first.
   std::optional<Trouble> trouble_;   ///< Under the mutex.
-  std::mutex pruning_;               ///< By both threads.
+  std::mutex pruning_;               ///< One thread at a time.
   std::unique_ptr<VdbMaker> maker_;  ///< Null: none are made. Last, so that its thread ends first.
 };
 

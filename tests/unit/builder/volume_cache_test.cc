@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -234,6 +235,25 @@ TEST_F(Cache, longestUnusedFilesGoFirst) {
   EXPECT_TRUE(cache.find(a).has_value());
   EXPECT_FALSE(cache.find(b).has_value());
   EXPECT_TRUE(cache.find(c).has_value());
+}
+
+TEST_F(Cache, neitherAreThereMoreThanWhoListsThemHasTimeFor) {
+  const auto old = fs::file_time_type::clock::now() - std::chrono::hours(1);
+  std::string oldest;
+  for (std::size_t i = 0; i < VolumeCache::kMostVolumes; ++i) {
+    const std::string key = keyNamed("volume " + std::to_string(i)), path = directory_.path() + "/" + key + ".hvol";
+    std::ofstream(path) << "x";
+    fs::last_write_time(path, i == 7 ? old - std::chrono::hours(1) : old);
+    if (i == 7) oldest = key;
+  }
+  VolumeCache cache(directory_.path(), 1 << 30);
+  ASSERT_EQ(cache.list().size(), VolumeCache::kMostVolumes);
+  ASSERT_EQ(cache.list().front().key, oldest);
+  const std::string key = keyNamed("newest");
+  keep(cache, key);
+  EXPECT_EQ(cache.list().size(), VolumeCache::kMostVolumes);
+  EXPECT_FALSE(fs::exists(directory_.path() + "/" + oldest + ".hvol"));
+  EXPECT_TRUE(cache.find(key).has_value());
 }
 
 TEST_F(Cache, aClockThatWasAheadDoesNotHaveNewFilesGoFirst) {

@@ -1,9 +1,9 @@
 // Large memory that nobody needs any more: the control thread does not give it back itself, and it counts until it is.
-#include <poll.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <future>
+#include <new>
 #include <string>
 
 #include "daemon/scene/upload/uploads.h"
@@ -63,7 +63,11 @@ class Going : public testing::Test {
   MeshStore meshes_;
   TextureStore textures_;
   std::promise<void> go_;
-  Uploads uploads_{meshes_, textures_, [](auto, auto, auto) { return Result<void>(); }};
+  bool no_memory_ = false;
+  Uploads uploads_{meshes_, textures_, [this](auto, auto, auto) {
+                     if (no_memory_) throw std::bad_alloc();
+                     return Result<void>();
+                   }};
 };
 
 TEST_F(Going, AnUploadThatIsNeverCommitted) {
@@ -123,6 +127,26 @@ TEST_F(Going, WhatWasCheckedForNobody) {
   letGo();
   EXPECT_TRUE(comes([&] { return uploads_.size() == 0; }));
   EXPECT_FALSE(told);
+}
+
+/** Else whoever waits for it would wait for ever. */
+TEST_F(Going, WhatCannotGoOnForWantOfMemoryIsTold) {
+  const auto mesh = upload(cube());
+  const auto id = uploads_.begin(mesh.size(), Client{});
+  ASSERT_TRUE(id.ok());
+  EXPECT_EQ(::pwrite(uploads_.region(*id)->get(), mesh.data(), mesh.size(), 0), std::ssize(mesh));
+  std::optional<ErrorCode> code;
+  ASSERT_TRUE(uploads_.commit(*id, {}, [&](const Result<MeshInfo>& made) { code = made.error().code; }).ok());
+  no_memory_ = true;
+  EXPECT_TRUE(eventually([&] {
+    try {
+      uploads_.poll();
+    } catch (const std::bad_alloc&) {  // As whoever polls does.
+    }
+    return code.has_value();
+  }));
+  EXPECT_EQ(code, ErrorCode::kSystem);
+  EXPECT_EQ(uploads_.size(), 0u);
 }
 
 TEST_F(Going, TheLastDescriptorThatAClientWasToGet) {

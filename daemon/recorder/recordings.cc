@@ -23,11 +23,11 @@ std::int64_t wallClock() {
   return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
 }
 
-/** A rigid mesh is shared and sealed; a deformable one is copied as it is now. */
-Result<Recorder::Mesh> keep(const PublishedMesh& mesh) {
+/** A rigid mesh is shared and sealed; a deformable one is copied as it is now, unless nothing has moved it yet. */
+Result<Recorder::Mesh> keep(const PublishedMesh& mesh, bool fresh) {
   Recorder::Mesh out;
   out.entry = mesh.entry;
-  if (!mesh.deformable) {
+  if (!mesh.deformable || fresh) {
     auto fd = duplicate(mesh.fd);
     if (!fd) return fd.error();
     auto file = Memfd::adopt(std::move(*fd));
@@ -134,7 +134,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
       start.config.guard[d].heat = former.deviceGuard(d).heat();
     }
     for (const PublishedMesh& mesh : meshes_.published(link)) {
-      auto kept = keep(mesh);
+      auto kept = keep(mesh, false);
       if (!kept) {
         outcome = kept.error();
         return;
@@ -245,7 +245,7 @@ void Recordings::poll() {
 void Recordings::published(CommandSink& sink, const PublishedMesh& mesh) {
   for (auto& [id, recording] : all_) {
     if (recording.link != &sink || !recording.reason.empty()) continue;
-    if (auto kept = keep(mesh)) {
+    if (auto kept = keep(mesh, true)) {
       recording.recorder->add(std::move(*kept));
     } else {
       endRecording(recording, toString(kept.error()));

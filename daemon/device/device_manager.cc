@@ -323,6 +323,11 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
 bool DeviceManager::waitFor(const std::string& canonical, std::string_view text, Done& done) {
   for (Opening& opening : opening_) {
     if (!isAskedFor(opening.canonical, canonical)) continue;
+    if (opening.waiting.size() >= kMostWaiting) {
+      done(Error{ErrorCode::kQuotaExceeded, canonical, fmt::format("{} wait for it to open, the most", kMostWaiting),
+                 "wait for the answers before asking again"});
+      return true;
+    }
     opening.texts.emplace_back(text);
     opening.waiting.push_back(std::move(done));
     return true;

@@ -141,10 +141,11 @@ class DeviceManager {
   [[nodiscard]] Result<OpenDevice*> open(std::string_view uri, const std::string& within = {});
   /**
    * The same without waiting: `done` is called now if there is nothing to wait for, else once by a later poll(). Who
-   * asks meanwhile for a device that is being opened waits for the same.
+   * asks meanwhile for a device that is being opened waits for the same, kMostWaiting at most.
    */
   using Done = std::function<void(Result<OpenDevice*>)>;
   void open(std::string_view uri, Done done, const std::string& within = {});
+  static constexpr std::size_t kMostWaiting = 256;  ///< As many as there are connections; more are refused at once.
   void poll();
   /** Devices that are being opened. */
   [[nodiscard]] std::size_t opening() const { return opening_.size(); }

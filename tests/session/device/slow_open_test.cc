@@ -92,6 +92,24 @@ bool isWaitedFor(SlowBench& slow, Busy&& busy) {
   return waited;
 }
 
+/** Each by another text, which is kept and looked through from then on. */
+TEST(SlowOpen, ManyWaitForItAndNotAnyNumber) {
+  SlowBench slow;
+  std::size_t opened = 0, refused = 0;
+  constexpr std::size_t kTooMany = 3;
+  for (std::size_t i = 0; i <= DeviceManager::kMostWaiting + kTooMany; ++i) {
+    slow.bench.core.openDevice("slow://1?text=" + std::to_string(i), slow.bench.connection,
+                               [&](const Result<OpenDevice*>& device) {
+                                 opened += device ? 1 : 0;
+                                 refused += !device && device.error().code == ErrorCode::kQuotaExceeded ? 1 : 0;
+                               });
+  }
+  EXPECT_EQ(refused, kTooMany);
+  slow.gate.open();
+  slow.until([&] { return opened + refused == DeviceManager::kMostWaiting + kTooMany + 1; });
+  EXPECT_EQ(refused, kTooMany);
+}
+
 /** What is made aside may be there before anybody looks: seldom ten times in a row. */
 template <class Try>
 bool isSeen(Try&& waits) {

@@ -139,6 +139,11 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
     work(*servo_);
     return {};
   }
+  const Error late{ErrorCode::kTimeout, "servo", "it did not come to a stand within 100 ms", "see hapticctl status"};
+  // One that does not come back from a driver is not waited for by whoever asks: others are to be served.
+  constexpr std::int64_t kGone_ns = 1'000'000'000;
+  const std::int64_t last_ns = servo_->counters.last_cycle_ns.load(std::memory_order_relaxed);
+  if (last_ns != 0 && clock_.now() - last_ns > kGone_ns) return late;
   // Each has its number: a servo that came too late to the last one is not taken to stand in this.
   const std::uint64_t stand = ++stands_;
   hold_.store(stand, std::memory_order_release);            // R4
@@ -155,7 +160,7 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
     }
     clock_.sleepUntil(clock_.now() + kLookNs);
   }
-  return Error{ErrorCode::kTimeout, "servo", "it did not come to a stand within 100 ms", "see hapticctl status"};
+  return late;
 }
 
 bool DeviceGroup::endThreads(std::int64_t patience_ns) {

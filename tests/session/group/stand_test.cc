@@ -1,4 +1,6 @@
 // Control's work between two cycles: only while the servo stands still for it, never by a stand that is over.
+#include <unistd.h>
+
 #include <atomic>
 #include <thread>
 
@@ -21,6 +23,7 @@ class SharedClock final : public Clock {
       asleep.wait(true);
       real_.sleepUntil(t_ns);
     } else if (me != control_ || in_device.load()) {
+      looks += me == control_ ? 1 : 0;
       real_.sleepUntil(t_ns);
     } else {
       asleep.store(false);
@@ -30,7 +33,7 @@ class SharedClock final : public Clock {
   }
   std::atomic<std::thread::id> servo{};
   std::atomic<bool> asleep{false}, in_device{false};
-  std::atomic<int> slept{0};
+  std::atomic<int> slept{0}, looks{0};
 
  private:
   const std::thread::id control_ = std::this_thread::get_id();
@@ -124,6 +127,21 @@ TEST_F(Stand, TheLastOneIsNotTakenForThis) {
   awaitReads(2);
   EXPECT_EQ(stand([&](Servo&) { worked = true; }), ErrorCode::kOk);
   EXPECT_TRUE(worked);
+}
+
+/** Else whoever asks again and again kept control from everybody's stop. */
+TEST_F(Stand, AServoThatDoesNotComeBackIsNotWaitedForAgain) {
+  detain();
+  EXPECT_EQ(stand([](Servo&) {}), ErrorCode::kTimeout);
+  EXPECT_GT(clock.looks, 0);
+  const std::int64_t until_ns = clock.now() + 1200 * kMs;
+  while (clock.now() < until_ns) ::usleep(1000);
+  clock.looks = 0;
+  EXPECT_EQ(stand([](Servo&) { FAIL(); }), ErrorCode::kTimeout);
+  EXPECT_EQ(clock.looks, 0);
+  letGo();
+  awaitReads(2);
+  EXPECT_EQ(stand([](Servo&) {}), ErrorCode::kOk);
 }
 
 /** It wakes from the last stand when the next has been asked for. */

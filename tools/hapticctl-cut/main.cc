@@ -69,7 +69,10 @@ int run(Options& o) {
   if (o.body.empty()) o.body = besides(o.file, "-body.ply");
   if (o.fragment.empty()) o.fragment = besides(o.file, "-fragment.ply");
   requireThreeFiles(o);
-  for (const std::string& path : {o.body, o.fragment}) hapticctl_import::requireWritable(path);
+  for (const std::string& path : {o.body, o.fragment}) {
+    hapticctl_import::requireWritable(path);
+    hapticctl_import::requireEnding(path, ".ply");
+  }
   CutShape& shape = o.cut.shape;
   shape.shell = !o.shell.empty();
   shape.at = shape.shell ? vec3("--shell", o.shell) : vec3("--plane", o.plane);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <csignal>
@@ -103,6 +104,16 @@ void requireWritable(const std::string& path) {
   const fs::path folder = fs::path(path).parent_path() / ".";  // So that a file in its place is told as one.
   const bool there = fs::exists(path, none);
   if (::access(there ? path.c_str() : folder.c_str(), there ? W_OK : W_OK | X_OK) != 0) throw notWritten(path, errno);
+}
+
+void requireEnding(const std::string& path, const std::string& ending) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  std::string own = fs::path(path).extension().string();
+  for (char& c : own) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool file = !fs::exists(path, none) || fs::is_regular_file(path, none);  // Not a device or a pipe.
+  if (file && !own.empty() && own != ending)
+    throw ImportError(path, "is no name for a " + ending + " file", "end it in " + ending);
 }
 
 void writeInPlace(const std::string& path, const std::string& bytes) {

@@ -59,6 +59,8 @@ class PreparedFile {
 /** Throws ImportError that says why, if a file cannot be written there; makes none. To be asked before the long work.
  */
 void requireWritable(const std::string& path);
+/** Throws ImportError if the name's ending says another format than what will be in the file: `ending`, as ".ply". */
+void requireEnding(const std::string& path, const std::string& ending);
 /** As it goes. Throws ImportError that says why. */
 void writeInPlace(const std::string& path, const std::string& bytes);
 /** A PreparedFile alone: on ImportError, which says why, what was there before is there still. */

@@ -63,6 +63,8 @@ int draw(const Options& o, const std::string& output) {
   }
   if (!output.empty() && !o.vdb.empty() && areOneFile(output, o.vdb) && output != "/dev/null")
     throw ImportError("--vdb", o.vdb + " is the surface's file", "name another one to write");
+  if (!o.output.empty()) requireEnding(o.output, ".ply");
+  if (!o.vdb.empty()) requireEnding(o.vdb, ".vdb");
   Image image = readInput(o.input);
   fmt::print("{}\n", describe(image));
   const float level = levelOf(o, image);

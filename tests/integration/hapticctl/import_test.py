@@ -95,6 +95,10 @@ class ImportAndCut(Case):
         self.assertFalse(ply.exists())
         self.assertIn(f"hapticctl import: {raw}: is the file that is imported", imported(raw, *of_raw, "--output", raw, exit_code=5))
         self.assertEqual(raw.read_bytes(), before)
+        for options, name in ((["--output"], "ball.stl"), (["--voxel", "1", "--vdb"], "ball.ply")):
+            self.assertIn(f"{name}: is no name for a {'.vdb' if '--vdb' in options else '.ply'} file",
+                          imported(raw, *of_raw, *options, self.directory / name, exit_code=5))
+            self.assertFalse((self.directory / name).exists())
 
     def test_import_leaves_nothing_behind_when_it_is_ended(self):
         scan, folder = self.directory / "never.mha", self.directory / "temporary"
@@ -122,6 +126,11 @@ class ImportAndCut(Case):
             self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
             self.assertIn(f"hapticctl cut: {words[-2]}: {words[-1]} is the ", done.stderr)
             self.assertFalse((self.directory / "x.ply").exists())
+        for part in ("--body", "--fragment"):
+            done = subprocess.run([*command, part, self.directory / "x.stl"], capture_output=True, text=True, env={**os.environ, **paths}, check=False)
+            self.assertEqual(done.returncode, 5, done.stdout + done.stderr)
+            self.assertIn("x.stl: is no name for a .ply file", done.stderr)
+            self.assertFalse((self.directory / "x.stl").exists())
         for seed in ("-1", "99999999999999999999"):  # Not the largest number that there is, in silence.
             done = subprocess.run([*command, "--seed", seed], capture_output=True, text=True, env={**os.environ, **paths}, check=False)
             self.assertEqual(done.returncode, 2, done.stdout + done.stderr)

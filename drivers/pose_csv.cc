@@ -81,6 +81,10 @@ class Parser {
       : rest_(text), name_(name), given_up_(given_up) {}
 
   Result<void> run(std::vector<PoseRow>& rows, Layout& layout) {
+    if (rest_.substr(0, 8) == "HRBLOCK1") {  // daemon/recording/block.h
+      return Error{ErrorCode::kInvalidArgument, std::string(name_), "it is a recording, not rows of text",
+                   "make them of it: haptic-bench replay FILE --export rows.csv"};
+    }
     if (rest_.substr(0, 3) == "\xef\xbb\xbf") rest_.remove_prefix(3);  // Byte order mark.
     bool started = false;
     while (!rest_.empty()) {

@@ -140,6 +140,10 @@ TEST(PoseCsv, FaultsNameFileLineAndColumn) {
   EXPECT_THAT(refusal(std::string(1000, ',')), HasSubstr("more than 256 columns"));
 }
 
+TEST(PoseCsv, OfARecordingIsToldHowToMakeRowsOfIt) {
+  EXPECT_THAT(refusal(std::string_view("HRBLOCK1\0\0\0\0,", 13)), HasSubstr("haptic-bench replay FILE --export"));
+}
+
 TEST(PoseCsv, NoPoseOrSpeedOfAFileIsBeyondNumbers) {
   EXPECT_THAT(refusal("0,0,0,0\n1e-310,0.1,0,0\n"), HasSubstr("line 2, column 1: the time does not rise"));
   EXPECT_THAT(refusal("t,x,y,z,gripper\n0,0,0,0,1e308\n"), HasSubstr("column 5"));

@@ -66,11 +66,12 @@ TEST_F(MotionFileTest, IsOfOneDevice) {
 TEST_F(MotionFileTest, NamesLineAndColumn) {
   EXPECT_EQ(refusal("t,x,y\n0,0,0\n"), "m.csv:1: no column 'z'");
   EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0,nan,0\n"), "m.csv:3: 'nan' in column 'y' is not a finite number");
-  EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0\n"), "m.csv:3: '' in column 'y' is not a finite number");
+  EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0\n"), "m.csv:3: it ends before column 'y'");
   EXPECT_EQ(refusal("t,x,y,z\n1,0,0,0\n1,0,0,0\n"), "m.csv:3: time does not rise");
   EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,2,-10.5,0\n"), "m.csv:3: -10.5 in column 'y' is more than 10 m");
   EXPECT_EQ(refusal("t,x,y,z\n-1e307,0,0,0\n1e308,0,0,0\n"), "m.csv:3: time is too far from the first");
   EXPECT_EQ(refusal("t,x,y,z\n1,0,0,0\n"), "m.csv: holds fewer than two rows");
+  EXPECT_EQ(refusal("HRBLOCK1\x01,\n"), "m.csv: is a recording, not rows of text");
   EXPECT_THROW((void)Motion::read((directory_ / "none.csv").string()), Failure);
   EXPECT_THROW((void)Motion::read("/dev/zero"), Failure) << "a line without an end";
 }

@@ -65,6 +65,10 @@ std::istringstream contents(const std::string& path) {
   }
   if (text.size() > kMostBytes)
     throw Failure{kExitFile, path, "is larger than 256 MiB", "cut it into parts, or write fewer rows a second"};
+  if (text.starts_with("HRBLOCK1")) {
+    throw Failure{kExitFile, path, "is a recording, not rows of text",
+                  "make them of it: haptic-bench replay FILE --export rows.csv"};
+  }
   if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);  // Byte order mark, as of spreadsheets.
   return std::istringstream(std::move(text));
 }
@@ -108,9 +112,14 @@ Motion Motion::read(const std::string& path) {
     }
     std::array<double, 4> values{};
     for (std::size_t c = 0; c < 4; ++c) {
-      const std::string_view field = (*columns)[c] < fields.size() ? fields[(*columns)[c]] : std::string_view();
+      if ((*columns)[c] >= fields.size())
+        fail(number, fmt::format("it ends before column '{}'", kColumns[c][0]), "is the file whole?");
+      const std::string_view field = fields[(*columns)[c]];
       const auto value = parseNumber(field);
-      if (!value) fail(number, fmt::format("'{}' in column '{}' is not a finite number", field, kColumns[c][0]));
+      if (!value) {
+        fail(number, fmt::format("'{}' in column '{}' is not a finite number", field, kColumns[c][0]),
+             "numbers like -0.0125 or 1e-3");
+      }
       values[c] = *value * scales[c];
     }
     if (!out.rows_.empty() && !(values[0] > out.rows_.back().t_s))

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/readable.h"
 #include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
@@ -43,19 +44,30 @@ void print(const Common& common, const std::string& benchmark, const std::vector
     printRounds(benchmark, all);
     return;
   }
-  std::size_t width = 0;
-  for (const Series& s : all) width = std::max(width, s.name.size());
-  std::size_t most = 0;
-  for (const Series& s : all) most = std::max(most, s.rounds.size());
-  const char* interval = most < kRoundsOfAnInterval ? "range" : "95 % interval";
-  const bool fits = benchmark.size() <= width;  // Else it has a line of its own, above the columns' names.
-  fmt::print("\n{}{:<{}}  {:>12}  {:>23}  rounds\n", fits ? "" : benchmark + "\n", fits ? benchmark : "", width,
-             "median", interval);
+  std::size_t width = 0, most = 0, units = 0;
+  std::vector<Readable> shown;
   for (const Series& s : all) {
+    width = std::max(width, s.name.size());
+    most = std::max(most, s.rounds.size());
+    shown.push_back(readable(s.unit, estimate(s.rounds).median));
+    units = std::max(units, shown.back().unit.size());
+  }
+  const bool fits = benchmark.size() <= width;  // Else it has a line of its own, above the columns' names.
+  const auto line = [&](const std::string& name, const std::string& median, const std::string& unit,
+                        const std::string& interval, const std::string& rounds) {
+    std::string text = fmt::format("{:<{}}  {:>12} {:<{}}", name, width, median, unit, units);
+    if (most > 1) text += fmt::format("  {:>23}  {:>6}", interval, rounds);  // Else all that there is stands there.
+    fmt::print("{}\n", text.substr(0, text.find_last_not_of(' ') + 1));
+  };
+  fmt::print("\n{}", fits ? "" : benchmark + "\n");
+  line(fits ? benchmark : "", most > 1 ? "median" : "value", "", most < kRoundsOfAnInterval ? "range" : "95 % interval",
+       "rounds");
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Series& s = all[i];
     const Estimate e = estimate(s.rounds);
-    const auto text = [&](double x) { return valueText(s.unit, x, 4); };
+    const auto text = [&](double x) { return valueText(s.unit, x * shown[i].factor, 4); };
     const std::string spread = e.low == e.high ? "" : fmt::format("{:>10} .. {:>9}", text(e.low), text(e.high));
-    fmt::print("{:<{}}  {:>12}  {:>23}  {} {}\n", s.name, width, text(e.median), spread, s.rounds.size(), s.unit);
+    line(s.name, text(e.median), shown[i].unit, spread, std::to_string(s.rounds.size()));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/haptic-bench/machine.h"
+#include "tools/haptic-bench/readable.h"
 
 namespace haptic_bench {
 namespace {
@@ -25,23 +26,42 @@ struct TextColumn {
   }
 };
 
-std::string medianText(const Series& s, bool& wide) {
+std::string medianText(const Series& s, double factor, bool& wide) {
   const Estimate e = estimate(s.rounds);
   const bool uncertain = e.high - e.low > kWide * std::abs(e.median);
   wide = wide || uncertain;
-  return valueText(s.unit, e.median, 4) + (uncertain ? '~' : ' ');
+  return valueText(s.unit, e.median * factor, 4) + (uncertain ? '~' : ' ');
+}
+
+/** The unit of all of a column: in which the greatest is easily read. */
+Readable unitOf(const std::vector<const Series*>& column) {
+  double greatest = 0;
+  std::string unit;
+  for (const Series* s : column) {
+    if (s == nullptr) continue;
+    unit = s->unit;
+    greatest = std::max(greatest, std::abs(estimate(s->rounds).median));
+  }
+  return readable(unit, greatest);
 }
 
 /** In the order of the first that has it. */
 std::vector<TextColumn> columnsOf(const std::vector<Contender>& all, bool& wide) {
-  std::vector<TextColumn> columns;
+  std::vector<std::pair<std::string, std::vector<const Series*>>> found;  // By name, for each contender or none.
   for (std::size_t i = 0; i < all.size(); ++i) {
     for (const Series& s : all[i].series) {
       const std::string name = s.name.substr(all[i].name.size() + 1);
-      auto at = std::find_if(columns.begin(), columns.end(), [&](const TextColumn& c) { return c.name == name; });
-      if (at == columns.end()) at = columns.insert(at, {name, s.unit, std::vector<std::string>(all.size(), "- ")});
-      at->texts[i] = medianText(s, wide);
+      auto at = std::find_if(found.begin(), found.end(), [&](const auto& column) { return column.first == name; });
+      if (at == found.end()) at = found.insert(at, {name, std::vector<const Series*>(all.size())});
+      at->second[i] = &s;
     }
+  }
+  std::vector<TextColumn> columns;
+  for (const auto& [name, series] : found) {
+    const Readable shown = unitOf(series);
+    columns.push_back({name, shown.unit, {}});
+    for (const Series* s : series)
+      columns.back().texts.push_back(s == nullptr ? "- " : medianText(*s, shown.factor, wide));
   }
   return columns;
 }

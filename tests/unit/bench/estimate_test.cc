@@ -3,11 +3,13 @@
  */
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/collide/timing.h"
 #include "tools/haptic-bench/metric/quantile.h"
+#include "tools/haptic-bench/readable.h"
 
 namespace haptic_bench {
 namespace {
@@ -38,6 +40,23 @@ TEST(Estimates, IntervalsOfManyRoundsAreThoseOfTheNormalDistribution) {
     const double half = 0.98 * std::sqrt(static_cast<double>(n));  // 1.96 sqrt(n) / 2
     EXPECT_NEAR(e.low, static_cast<double>(n) / 2 - half, 2) << n;
     EXPECT_NEAR(e.high, static_cast<double>(n) / 2 + half, 2) << n;
+  }
+}
+
+TEST(Units, AreThoseThatReadEasily) {
+  const struct {
+    const char* unit;
+    double value;
+    const char* shown;
+    double factor;
+  } cases[] = {{"ns", 9999, "ns", 1},  {"ns", -10000, "us", 1e-3}, {"ns", 3e8, "ms", 1e-6},
+               {"s", 0.05, "ms", 1e3}, {"m", 2.7e-4, "mm", 1e3},   {"m", 1e-30, "um", 1e6},
+               {"J", 0, "J", 1},       {"J", 0.1, "J", 1},         {"byte", 1.176e6, "kB", 1e-3},
+               {"s", 1e9, "s", 1},     {"N^2", 1e9, "N^2", 1},     {"ns", INFINITY, "ns", 1}};
+  for (const auto& c : cases) {
+    const Readable read = readable(c.unit, c.value);
+    EXPECT_EQ(read.unit, c.shown) << c.value;
+    EXPECT_NEAR(read.factor, c.factor, 1e-12 * c.factor) << c.value;
   }
 }
 

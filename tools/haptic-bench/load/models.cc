@@ -7,12 +7,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
 #include <memory>
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/stepped.h"
+#include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/option.h"
 
 namespace haptic_bench {
@@ -28,6 +32,32 @@ struct ModelsOptions {
   double bumps = 0;
 };
 
+constexpr const char* kReferences[] = {"native", "shaded", "nearest", "smooth"};
+
+/** What one source's forces are off each of kReferences, in percent; not a number: it is that one. */
+struct FromReferences {
+  std::string name;
+  double rms[std::size(kReferences)], change[std::size(kReferences)];
+};
+
+void printTable(const std::string& title, const std::vector<FromReferences>& rows) {
+  std::size_t names = title.size();
+  for (const FromReferences& row : rows) names = std::max(names, row.name.size());
+  fmt::print("\n{:<{}} | {:^36} | {}\n{:{}} |", title, names, "difference, RMS [% of the mean force]",
+             "most change of it in a tick", "", names);
+  for (const char* half : {" |", "\n"}) {
+    for (const char* reference : kReferences) fmt::print("{:>9}", reference);
+    fmt::print("{}", half);
+  }
+  const auto half = [](const double(&values)[std::size(kReferences)]) {
+    std::string text;
+    for (const double x : values) text += std::isnan(x) ? fmt::format("{:>9}", "-") : fmt::format("{:>9.3g}", x);
+    return text;
+  };
+  for (const FromReferences& row : rows)
+    fmt::print("{:<{}} |{} |{}\n", row.name, names, half(row.rms), half(row.change));
+}
+
 int runModels(const Common& common, const ModelsOptions& options) {
   const BumpySphere shape{options.radius, options.bumps};
   for (const double k : options.stiffness) {
@@ -40,6 +70,7 @@ int runModels(const Common& common, const ModelsOptions& options) {
   const Model model = tessellate(shape, options.triangles);
   const BuiltSurface surface(model);
   std::vector<Series> all;
+  std::vector<std::pair<std::string, std::vector<FromReferences>>> tables;  // For each stiffness.
   const auto add = [&](const std::string& name, double fraction) {
     all.push_back({name, kForceErrorUnit, {100 * fraction}});
   };
@@ -57,15 +88,20 @@ int runModels(const Common& common, const ModelsOptions& options) {
                                 model.triangles.size()),
                     "more of them, a smaller --radius, or softer");
     }
+    tables.push_back({fmt::format("{:g} N/m", k), {}});
     const auto judge = [&](const std::string& name, const std::vector<Vec3>& forces) {
-      const std::pair<const char*, const std::vector<Vec3>*> references[] = {
-          {"native", &native}, {"shaded", &shaded}, {"nearest", &nearest}, {"smooth", &stroke.forces}};
-      for (const auto& [reference, truth] : references) {
-        if (truth == &forces) continue;
-        const ForceError e = compareForces(settled(forces), settled(*truth));
-        add(fmt::format("{:g} N/m {} - {}: rms", k, name, reference), e.rms);
-        add(fmt::format("{:g} N/m {} - {}: change a tick", k, name, reference), e.change_max);
+      const std::vector<Vec3>* const truths[] = {&native, &shaded, &nearest, &stroke.forces};  // Of kReferences.
+      FromReferences row{name, {}, {}};
+      for (std::size_t i = 0; i < std::size(kReferences); ++i) {
+        row.rms[i] = row.change[i] = std::numeric_limits<double>::quiet_NaN();
+        if (truths[i] == &forces) continue;
+        const ForceError e = compareForces(settled(forces), settled(*truths[i]));
+        add(fmt::format("{:g} N/m {} - {}: rms", k, name, kReferences[i]), e.rms);
+        add(fmt::format("{:g} N/m {} - {}: change a tick", k, name, kReferences[i]), e.change_max);
+        row.rms[i] = 100 * e.rms;
+        row.change[i] = 100 * e.change_max;
       }
+      tables.back().second.push_back(row);
     };
     judge("native", native);
     for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
@@ -76,9 +112,16 @@ int runModels(const Common& common, const ModelsOptions& options) {
       }
     }
   }
-  print(common, fmt::format("models, {} triangles", model.triangles.size()), all,
-        fmt::format("radius {} m, bumps {}, {} ms late, {} s", options.radius, options.bumps, options.latency_ms,
-                    options.seconds));
+  const std::string what = fmt::format("models, {} triangles", model.triangles.size());
+  const std::string settings = fmt::format("radius {} m, bumps {}, {} ms late, {} s", options.radius, options.bumps,
+                                           options.latency_ms, options.seconds);
+  if (common.csv) {
+    print(common, what, all, settings);
+    return 0;
+  }
+  for (const std::string& line : describeMachine()) fmt::print("# {}\n", line);
+  fmt::print("\n{}: {}\n", what, settings);
+  for (const auto& [title, rows] : tables) printTable(title, rows);
   return 0;
 }
 

@@ -96,9 +96,11 @@ std::vector<Standing> take(const std::string& path, const Scene& scene, std::uin
     taken.emplace_back(here);
   }
   if (taken.empty()) {
-    throw Failure(path,
-                  object == 0 ? "it holds no mesh that could be touched" : fmt::format("it has no mesh {}", object),
-                  others.empty() ? "a recording of a scene with a mesh" : "it has objects " + others);
+    if (object != 0 && !others.empty())
+      throw Failure(path, fmt::format("it has no mesh {}", object), "it has objects " + others);
+    throw Failure(path, "it holds no mesh that could be touched",
+                  others.empty() ? "a recording of a scene with a mesh"
+                                 : fmt::format("boxes and other exact shapes are none: objects {}", others));
   }
   if (!others.empty()) fmt::print(stderr, "haptic-bench: {}: left out: {}\n", path, others);
   return taken;

@@ -24,8 +24,9 @@ void countJudged(Trajectory& trajectory) {
       static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [](const Sample& s) { return s.judged; }));
   if (judged == all.size()) return;
   if (judged == 0) trajectory.force_known = trajectory.proxy_known = false;
-  fmt::print(stderr, "{}: {} of {} samples are judged, in which the device was armed and its ramp over\n",
-             trajectory.name, judged, all.size());
+  fmt::print(stderr,
+             "haptic-bench: {}: {} of {} samples are judged, in which the device was armed and its ramp over{}\n",
+             trajectory.name, judged, all.size(), judged == 0 ? " (arm it once the recording runs)" : "");
 }
 
 Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface) {

@@ -20,6 +20,7 @@
 #include "tools/hapticctl-import/model.h"
 #include "tools/options/help.h"
 #include "tools/options/number.h"
+#include "tools/options/units.h"
 
 namespace hapticctl_import {
 namespace {
@@ -158,7 +159,8 @@ void addOptions(CLI::App& app, Options& o) {
   app.add_option("--smooth", o.smooth_mm, "Smooth by a Gaussian of this deviation")
       ->type_name("MM")
       ->check(CLI::Range(0.0, 100.0))
-      ->check(isNumber);
+      ->check(isNumber)
+      ->transform(hapticd_options::millimetres);
   app.add_option("--shrink", o.shrink, "Replace each block of N x N x N values by its mean")
       ->type_name("N")
       ->check(CLI::Range(1u, 64u))
@@ -166,7 +168,8 @@ void addOptions(CLI::App& app, Options& o) {
   app.add_option("--resample", o.resample_mm, "Interpolate to values that are as far apart along each axis")
       ->type_name("MM")
       ->check(CLI::Range(0.001, 1000.0))
-      ->check(isNumber);
+      ->check(isNumber)
+      ->transform(hapticd_options::millimetres);
   app.add_flag("--largest", o.largest, "Only the connected part with the most triangles");
   auto* raw =
       app.add_option("--raw", o.input.raw, "The file is raw numbers of this kind")->type_name("int16|uint8|float|...");
@@ -181,7 +184,8 @@ void addOptions(CLI::App& app, Options& o) {
   auto* voxel = app.add_option("--voxel", o.voxel_mm, "Build its volume too, of voxels of this side")
                     ->type_name("MM")
                     ->check(CLI::Range(0.001, 1000.0))
-                    ->check(isNumber);
+                    ->check(isNumber)
+                    ->transform(hapticd_options::millimetres);
   app.add_option("--vdb", o.vdb, "Write the volume's distances as an OpenVDB level set and load nothing")
       ->type_name("FILE.vdb")
       ->check(isThere)

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <string>
 #include <utility>
 
@@ -17,26 +16,14 @@ namespace {
 
 constexpr double kLongest_m = 1;  // No hand reaches beyond; a longer one was perhaps meant in another unit.
 
-/** The unit's name at the end of a field; empty: none. */
-std::string_view unitOf(std::string_view field) {
-  const std::size_t digit = field.find_last_of("0123456789.");
-  return digit == std::string_view::npos ? std::string_view() : field.substr(digit + 1);
-}
-
 }  // namespace
-
-const Unit* findUnit(std::string_view name) {
-  const auto* const found =
-      std::find_if(std::begin(kUnits), std::end(kUnits), [&](const Unit& u) { return name == u.name; });
-  return found == std::end(kUnits) ? nullptr : found;
-}
 
 std::vector<double> parseLengths(std::string_view option, std::string_view text, std::size_t count) {
   std::vector<const Unit*> units;
   std::string bare;  // The numbers alone.
   for (std::string_view rest = text;;) {
     const std::size_t comma = rest.find(',');
-    const std::string_view field = rest.substr(0, comma), name = unitOf(field);
+    const std::string_view field = rest.substr(0, comma), name = hapticd_options::unitOf(field);
     units.push_back(name.empty() ? nullptr : findUnit(name));
     if (!name.empty() && units.back() == nullptr) {
       failUsage(std::string(option), fmt::format("'{}' in '{}' is no unit", name, field),

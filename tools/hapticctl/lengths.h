@@ -3,24 +3,16 @@
  */
 #pragma once
 
-#include <array>
-#include <optional>
 #include <string_view>
 #include <vector>
 
+#include "tools/options/units.h"
+
 namespace hapticctl {
 
-/** As a fraction of a metre: 9mm is then the number that 0.009 is. */
-struct Unit {
-  const char* name;
-  double metres, of;
-  [[nodiscard]] constexpr double inMetres(double value) const { return value * metres / of; }
-};
-inline constexpr Unit kUnits[] = {{"mm", 1, 1000},    {"cm", 1, 100},      {"m", 1, 1},       {"inch", 254, 10000},
-                                  {"um", 1, 1000000}, {"ft", 3048, 10000}, {"in", 254, 10000}};
-
-/** Null: there is no such unit. */
-[[nodiscard]] const Unit* findUnit(std::string_view name);
+using hapticd_options::findUnit;
+using hapticd_options::kUnits;
+using hapticd_options::Unit;
 
 /**
  * Lengths between commas [m], as parseNumbers(), each with a unit behind it or none with one (0 is 0 in any). A note on

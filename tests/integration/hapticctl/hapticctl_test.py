@@ -221,7 +221,7 @@ class WithDaemon(Case):
         self.assertIn("too small", self.run_ctl("load", path, "--scale", "mm", "--weld", "0.0001", exit_code=2).stderr)
         gone = self.run_ctl("load", path, "--size", "0.005", "--weld", "10", "--name", "gone", exit_code=1).stderr
         self.assertIn("no triangle has an area", gone)  # 5 mm long, all within 10
-        solid = self.json("load", path, "--scale", "mm", "--voxel", "1", "--points", "2", "--name", "solid", "--at", "0,0,0.2")
+        solid = self.json("load", path, "--scale", "mm", "--voxel", "0.1cm", "--points", "2mm", "--name", "solid", "--at", "0,0,0.2")
         self.assertTrue(any(note.startswith("volume: voxels of 1 mm") for note in solid["notes"]), solid["notes"])
         self.assertAlmostEqual(self.json("get", f"/meshes/{solid['mesh']}")["voxel"], 0.001)
         self.assertIn("MB to build", self.run_ctl("load", path, "--scale", "mm", "--voxel", "0.002", exit_code=1).stderr)

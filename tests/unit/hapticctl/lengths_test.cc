@@ -39,6 +39,14 @@ TEST(Lengths, HaveAUnitOrAreMetres) {
               ElementsAre(1e-4, 2.0, DoubleEq(0.0254), DoubleEq(0.0254), DoubleEq(0.3048)));
 }
 
+TEST(Lengths, OfOptionsInMillimetresMayHaveAUnitToo) {
+  for (const char* half : {"0.5mm", "5e-1mm", "0.05cm", "500um", "0.0005m"})
+    EXPECT_THAT(std::stod(hapticd_options::millimetres(half)), DoubleEq(0.5)) << half;
+  EXPECT_EQ(hapticd_options::millimetres("0.1mm"), "0.1");
+  for (const char* as_it_is : {"0.5", "", "mm", "0.5kg", "1mm2", "nanmm"})
+    EXPECT_EQ(hapticd_options::millimetres(as_it_is), as_it_is);
+}
+
 TEST(Lengths, AreRefusedInWords) {
   EXPECT_THAT(refusal("10mn"), HasSubstr("--size: 'mn' in '10mn' is no unit: units are um, mm"));
   EXPECT_THAT(refusal("10 mm"), HasSubstr("without a space"));

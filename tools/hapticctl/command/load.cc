@@ -161,13 +161,16 @@ void addLoad(CLI::App& app, Action& chosen) {
   command->add_flag("--deformable", o->deformable, "Its vertices may be moved by clients");
   command->add_option("--weld", o->weld_mm, "Join vertices no farther apart than this, for scans; else only equal ones")
       ->type_name("MM")
+      ->transform(hapticd_options::millimetres)
       ->check(number(0.001, 10));
   auto* voxel = command->add_option("--voxel", o->voxel_mm, "Build its volume too, of voxels of this side: for 6 DOF")
                     ->type_name("MM")
+                    ->transform(hapticd_options::millimetres)
                     ->check(number(0.001, 1000));
   command
       ->add_option("--points", o->point_spacing_mm, "How far apart the volume's surface points shall be; else a voxel")
       ->type_name("MM")
+      ->transform(hapticd_options::millimetres)
       ->check(number(0, 1000))
       ->needs(voxel);
   command->add_flag("--fill-holes", o->fill_holes, "Close the holes of an open mesh for its volume; else it is refused")

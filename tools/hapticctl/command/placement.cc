@@ -24,7 +24,7 @@ void addPlacement(CLI::App& command, Placement& p) {
       ->take_all();
   command.add_option("--stiffness", p.stiffness, "N/m")->capture_default_str()->check(positive());
   command.add_option("--damping", p.damping, "N s/m, while touched")->capture_default_str()->check(number(0));
-  command.add_option("--friction", p.friction, "Static and dynamic coefficient")->type_name("S,D");
+  command.add_option("--friction", p.friction, "Static and dynamic coefficient; without it: 0,0")->type_name("S,D");
   command.add_option("--mass", p.mass, "With a mass it moves freely and is pushed by tools and hands, 0.005 to 100")
       ->type_name("KG")
       ->check(number(0, 100));

@@ -115,7 +115,7 @@ int record(const RecordOptions& options, const Globals& globals) {
              {"lost", end->lost},
              {"reason", end->reason}});
   } else {
-    print("{}: {} cycles, {} bytes: {}\n", printable(options.file), end->cycles, file.bytes(), end->reason);
+    print("{}: {} cycles, {}: {}\n", printable(options.file), grouped(end->cycles), bytes(file.bytes()), end->reason);
   }
   if (asked && end->lost == 0) return kExitOk;
   throw Failure{kExitRefused, options.file, fmt::format("the recording ended by itself: {}", end->reason),

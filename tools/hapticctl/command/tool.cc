@@ -64,7 +64,10 @@ void addTool(CLI::App& app, Action& chosen) {
   attach->add_option("OBJECT", o->object, "Directly below the root: sphere, box, capsule, cylinder or mesh")
       ->required();
   attach->add_option("DEVICE", o->device, "URI, name or serial; without it: the first open one");
-  attach->add_option("--mass", o->mass, "Mass of the tool, 0.01 to 10")->type_name("KG")->check(number(0.01, 10));
+  attach->add_option("--mass", o->mass, "Mass of the tool, 0.01 to 10")
+      ->type_name("KG")
+      ->capture_default_str()
+      ->check(number(0.01, 10));
   attach->add_option("--stiffness", o->stiffness, "Stiffness of the coupling; without it: the stiffest that is passive")
       ->type_name("N/m")
       ->check(number(0, 1e6));

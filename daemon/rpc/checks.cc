@@ -11,9 +11,7 @@ namespace {
 
 using State = proto::Check::State;
 
-std::string limitText(rlim_t limit, const char* unit) {
-  return limit == RLIM_INFINITY ? "unlimited" : fmt::format("{}{}", limit, unit);
-}
+std::string mebibytes(std::uint64_t bytes) { return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / 1048576); }
 
 CheckLine scheduling(Core& core) {
   if (core.devices().links().empty()) return {"real-time scheduling", State::NOT_APPLICABLE, "no device is open", {}};
@@ -31,8 +29,9 @@ CheckLine scheduling(Core& core) {
 CheckLine memory(Core& core) {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
-  const std::string detail =
-      fmt::format("limit {}, {} bytes locked for clients", limitText(limit.rlim_cur, " bytes"), core.lockedBytes());
+  const std::string detail = fmt::format("limit {}, {} locked for clients",
+                                         limit.rlim_cur == RLIM_INFINITY ? "unlimited" : mebibytes(limit.rlim_cur),
+                                         mebibytes(core.lockedBytes()));
   if (core.facts().memory_locked) return {"memory lock", State::GREEN, detail, {}};
   if (!core.config().servo.lock_memory) return {"memory lock", State::NOT_APPLICABLE, "servo.lock_memory is off", {}};
   return {"memory lock", State::RED, core.facts().memory_note + "; " + detail,

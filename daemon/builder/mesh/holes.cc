@@ -90,10 +90,10 @@ void noteHoles(const Mesh& mesh, BuildMonitor& monitor) {
                                          [](const Hole& a, const Hole& b) { return a.across() < b.across(); });
   monitor.notes.push_back(
       holes.size() == 1
-          ? fmt::format("open along {} edges: one hole or rim, {:.3g} m across, the first of triangle {}", open.size(),
-                        widest.across(), widest.first)
-          : fmt::format("open along {} edges: {} holes or rims, the widest {:.3g} m across, the first of triangle {}",
-                        open.size(), holes.size(), widest.across(), widest.first));
+          ? fmt::format("open along {} edges: one hole or rim, {:.3g} mm across, the first of triangle {}", open.size(),
+                        1e3 * widest.across(), widest.first)
+          : fmt::format("open along {} edges: {} holes or rims, the widest {:.3g} mm across, the first of triangle {}",
+                        open.size(), holes.size(), 1e3 * widest.across(), widest.first));
 }
 
 }  // namespace hapticd

@@ -20,8 +20,7 @@ TEST(Holes, AMissingTriangleIsToldWithItsWidth) {
       mesh.triangles.begin());  // Half of a side of 2 cm: the open edges are its cathetes and diagonal.
   const Built built = build(mesh);
   EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, 0u);
-  EXPECT_THAT(built.notes,
-              ElementsAre("open along 3 edges: one hole or rim, 0.0283 m across, the first of triangle 0"));
+  EXPECT_THAT(built.notes, ElementsAre("open along 3 edges: one hole or rim, 28.3 mm across, the first of triangle 0"));
 }
 
 TEST(Holes, OfSeveralTheWidestIsNamed) {
@@ -36,8 +35,7 @@ TEST(Holes, OfSeveralTheWidestIsNamed) {
   const Built built = build(both.soup());
   ASSERT_EQ(built.notes.size(), 2u);  // And that equal vertices were joined.
   // Ten triangles of the small cube, which lacks a whole side, come before.
-  EXPECT_EQ(built.notes[1],
-            "open along 7 edges: 2 holes or rims, the widest 0.0283 m across, the first of triangle 12");
+  EXPECT_EQ(built.notes[1], "open along 7 edges: 2 holes or rims, the widest 28.3 mm across, the first of triangle 12");
 }
 
 TEST(Holes, WhereThreeTrianglesMeetIsNoHole) {
@@ -51,7 +49,7 @@ TEST(Holes, WhereThreeTrianglesMeetIsNoHole) {
 TEST(Holes, ARimIsOne) {
   const Built built = build(terrain(10, 1));
   ASSERT_EQ(built.notes.size(), 1u);
-  EXPECT_THAT(built.notes[0], testing::StartsWith("open along 40 edges: one hole or rim, 0.141 m across"));
+  EXPECT_THAT(built.notes[0], testing::StartsWith("open along 40 edges: one hole or rim, 141 mm across"));
 }
 
 }  // namespace

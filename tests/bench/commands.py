@@ -442,6 +442,8 @@ class Commands(BenchCase):
         for words in (["run", "--samples", ""], ["replay", "x", "--export", ""], ["run", "-m", ""], ["--rounds", ""]):
             self.assertIn(f"{words[-2]}: what follows it is empty", self.bench(*words, code=2))
         self.assertIn("haptic-bench run --help lists its options", self.bench("run", "--colour", "red", code=2))
+        self.assertIn("did you mean --friction-", self.bench("run", "--friction", "0.3", code=2))
+        self.assertNotIn("did you mean", self.bench("run", "--colour", "red", code=2))
         self.assertIn("haptic-bench --help lists benchmarks and options", self.bench("--colour", "red", code=2))
         self.assertIn("zwith: there is no such benchmark (there is zwidth, ", self.bench("zwith", code=2))
         self.assertIn("subcommand is required", self.bench(code=2))

@@ -5,6 +5,7 @@
 #include <hapticclient/hapticclient.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <iostream>
@@ -50,6 +51,23 @@ std::string unknownBenchmark(const CLI::App& app) {
   for (const CLI::App* one : app.get_subcommands([](const CLI::App*) { return true; }))
     names.push_back(one->get_name());
   return rest[0] + ": there is no such benchmark (there is " + hapticd::nearestNames(rest[0], names) + ")";
+}
+
+/** "; did you mean --OPTION?" of the first word that is no option, where one of the program or benchmark is near. */
+std::string meantOption(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const CLI::App* at = &app; at != nullptr;
+       at = at->get_subcommands().empty() ? nullptr : at->get_subcommands().front()) {
+    for (const CLI::Option* option : at->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = std::string_view(argv[i]).substr(0, std::string_view(argv[i]).find('='));
+    if (!word.starts_with("--") || std::find(known.begin(), known.end(), word) != known.end()) continue;
+    const std::string_view near = hapticd::nearest(word, {known.begin(), known.end()});
+    return near.empty() ? std::string() : "; did you mean " + std::string(near) + "?";
+  }
+  return {};
 }
 
 /** The option that an empty word follows, most likely of a variable that is not set: CLI11 takes it for not given. */
@@ -109,8 +127,10 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     }
     const std::string wrong = unknownBenchmark(app);
     const std::vector<CLI::App*> named = app.get_subcommands();
-    std::fprintf(stderr, "haptic-bench: %s\n  haptic-bench %s--help lists %soptions\n",
-                 wrong.empty() ? error.what() : wrong.c_str(),
+    const bool extras = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+    const std::string meant = extras && wrong.empty() ? meantOption(app, argc, argv) : std::string();
+    std::fprintf(stderr, "haptic-bench: %s%s\n  haptic-bench %s--help lists %soptions\n",
+                 wrong.empty() ? error.what() : wrong.c_str(), meant.c_str(),
                  named.empty() ? "" : (named.front()->get_name() + ' ').c_str(),
                  named.empty() ? "benchmarks and " : "its ");
     return kExitUsage;

@@ -63,7 +63,7 @@ class ClientOfDaemon {
     constexpr double kWalking = 0.3;  // [m/s]
     goTo(hip, (hip - there_).norm() / kWalking);
     (void)settleAt(hip);
-    fmt::print(stderr, "client: waits {} s for a program that arms the device {}\n", wait_s_, kName);
+    fmt::print(stderr, "haptic-bench: client: waits {} s for a program that arms the device {}\n", wait_s_, kName);
     const steady_clock::time_point end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
                                                                    std::chrono::duration<double>(wait_s_));
     while (!ready(sample())) {

@@ -7,7 +7,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <span>
 
@@ -23,6 +22,7 @@
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/result/results.h"
+#include "tools/haptic-bench/tell.h"
 
 namespace haptic_bench {
 namespace {
@@ -39,13 +39,6 @@ struct CollideOptions {
   int truths = 12;           // Poses whose wrench is compared.
   double peer_seconds = 10;  // Of processor time, for each library and question.
 };
-
-/** To the standard error: the whole takes minutes. */
-void tell(const std::string& what) {
-  static const auto start = std::chrono::steady_clock::now();
-  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
-  fmt::print(stderr, "{:5.0f} s  {}\n", passed.count(), what);
-}
 
 /** One line of the result. */
 struct Line {
@@ -97,7 +90,7 @@ void measurePoints(const Common& common, const CollideOptions& options, const Co
   const hapticd::PointPath best = hapticd::pointPath();
   for (const Density& density : kDensities) {
     if (density.pair != pair.name) continue;
-    tell(fmt::format("{} {}: building the tool", pair.name, density.name));
+    tellTime(fmt::format("{} {}: building the tool", pair.name, density.name));
     const BuiltVolume tool(pair.tool, coarser * pair.voxel, coarser * density.spacing, kPatchPoints);
     fmt::print("# {} {}: {} points in {} patches\n", pair.name, density.name, tool.view.point_count,
                tool.view.patches.size());
@@ -105,7 +98,7 @@ void measurePoints(const Common& common, const CollideOptions& options, const Co
     for (const hapticd::PointPath path :
          {hapticd::PointPath::kAvx512, hapticd::PointPath::kAvx2, hapticd::PointPath::kPortable}) {
       if (!hapticd::choosePointPath(path)) continue;
-      tell(fmt::format("{} {}: {}", pair.name, density.name, hapticd::nameOf(path)));
+      tellTime(fmt::format("{} {}: {}", pair.name, density.name, hapticd::nameOf(path)));
       const std::string name = std::string(density.name) + " " + hapticd::nameOf(path);
       Subject subject{name, &base, &tool, &detector};
       TimingOptions timing;
@@ -139,7 +132,7 @@ void measurePoints(const Common& common, const CollideOptions& options, const Co
     }
     hapticd::choosePointPath(best);
     if (density.spacing < 0.2e-3) continue;
-    tell(fmt::format("{} {}: voxmap", pair.name, density.name));
+    tellTime(fmt::format("{} {}: voxmap", pair.name, density.name));
     hapticd::VoxmapDetector voxmap;
     TimingOptions timing;
     timing.stride = options.quick ? 300 : 10;
@@ -155,7 +148,7 @@ void measureSpheres(const Common& common, const CollideOptions& options, const C
   const auto poses = pair.poses(kRate);
   const auto from = static_cast<std::size_t>(pair.contact_from * kRate);
   const double voxel = (options.quick ? 3 : 1) * kSphereVoxel;
-  tell(pair.name + ": building for spheres");
+  tellTime(pair.name + ": building for spheres");
   const BuiltVolume base(pair.base, voxel, 0, kPatchPoints), tool(pair.tool, voxel, 0, kPatchPoints);
   struct Kind {
     const char* name;
@@ -171,7 +164,7 @@ void measureSpheres(const Common& common, const CollideOptions& options, const C
     Subject subject{"spheres", kind.base, &tool, &detector};
     const bool one_sided = kind.leaf == hapticd::SphereLeaf::kFieldValue;
     const std::string name = kind.name;
-    tell(pair.name + ": " + name);
+    tellTime(pair.name + ": " + name);
     TimingOptions timing;
     timing.stride = options.quick ? 200 : 1;
     timing.seconds = one_sided ? timing.seconds : kDualSeconds;
@@ -202,7 +195,7 @@ double megabytesHeld() {
 /** As many poses as the seconds allow: several passes over all, or some that are spread over all. */
 void measurePeer(const Common& common, const CollideOptions& options, const CollidePair& pair, const PeerKind& kind) {
   const auto poses = pair.poses(kRate);
-  tell(fmt::format("{}: {}", pair.name, kind.name));
+  tellTime(fmt::format("{}: {}", pair.name, kind.name));
   const double before = processNs(), held = megabytesHeld();
   const auto peer = kind.make(pair.base, pair.tool);
   const double build_ms = (processNs() - before) * 1e-6, megabytes = megabytesHeld() - held;
@@ -266,9 +259,9 @@ int run(const Common& common, const CollideOptions& options) {
   for (const std::string& name : distinct(options.pairs)) {
     const CollidePair pair = makePair(name);
     const auto poses = pair.poses(kRate);
-    tell(name + ": the wrench by brute force");
+    tellTime(name + ": the wrench by brute force");
     const TruthTable truth = makeTruth(pair, poses, options.quick ? 0 : options.truths, name == "bumpy" ? 3 : 4);
-    tell(name + ": building the base");
+    tellTime(name + ": building the base");
     const BuiltVolume base(pair.base, (options.quick ? 3 : 1) * pair.voxel, 0, kPatchPoints);
     measurePoints(common, options, pair, base, truth);
     measureSpheres(common, options, pair, base, truth);

@@ -22,6 +22,7 @@
 #include "tools/haptic-bench/machine.h"
 #include "tools/haptic-bench/option.h"
 #include "tools/haptic-bench/table/paper_table.h"
+#include "tools/haptic-bench/tell.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial/trial.h"
 #include "tools/haptic-bench/whole_file.h"
@@ -157,6 +158,7 @@ int run(const ReportOptions& options, const Common& common) {
   data["versions"] = versions();
   data["rounds"] = common.rounds;
   data["tables"] = tablesAsJson(paperTables(common.rounds));
+  tellTime("plots");
   data["ridges"] = ridgesAsJson();
   data["sweep"] = sweepAsJson();
   draw(data, page.part(), options.results);

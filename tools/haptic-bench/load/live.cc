@@ -149,6 +149,7 @@ LiveDaemon::LiveDaemon(const std::string& program)
   }
   std::string log;
   std::getline(std::ifstream(folder_.path() + "/hapticd.log"), log, '\0');
+  while (!log.empty() && log.back() == '\n') log.pop_back();
   throw Failure("hapticd", "did not start: " + log, "name it with --daemon");
 }
 

@@ -7,6 +7,7 @@
 
 #include "tools/haptic-bench/measured/measured.h"
 #include "tools/haptic-bench/measured/synthetic.h"
+#include "tools/haptic-bench/tell.h"
 #include "tools/haptic-bench/trajectory/generators.h"
 #include "tools/haptic-bench/trajectory/registry.h"
 #include "tools/haptic-bench/trial/trial.h"
@@ -90,6 +91,7 @@ PaperTable sphereTable(double radius, double stiffness, bool thesis, int rounds)
     const Model model = makeModel(fmt::format("sphere:radius={},stacks={}", radius, 4 << i));
     cells.add(model, makeTrajectory("spiral:turns=20", model, surface));
   }
+  tellTime(table.title);
   cells.run(rounds);
   for (std::size_t i = 0; i < 5; ++i) {
     const Model& model = cells.model(i);
@@ -137,6 +139,7 @@ PaperTable planeTable(int rounds) {
     const Measured measured = onSurface(record(lissajous(model, {10, 5000, 1}), apparatus), options, model);
     cells.add(model, pressInto(measured.out, surface));
   }
+  tellTime(table.title);
   cells.run(rounds);
   for (std::size_t i = 0; i < std::size(kThesisPlanes); ++i) {
     const Figures ours = cells.take(table, i, 0), god = cells.take(table, i, 1), nearest = cells.take(table, i, 2);
@@ -169,6 +172,7 @@ PaperTable ridgeTable(int rounds) {
     const Model model = makeModel(fmt::format("ridge:degrees={}", degrees));
     cells.add(model, makeTrajectory("profile", model, surface));
   }
+  tellTime(table.title);
   cells.run(rounds);
   for (std::size_t a = 0; a < std::size(known); ++a) {
     std::vector<std::string> row{known[a].algorithm, known[a].time_us, known[a].init_s, known[a].mse};

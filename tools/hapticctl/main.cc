@@ -74,6 +74,24 @@ void failIfEmpty(char** argv, int i, std::string_view word = {}) {
   failUsage(std::string(word), "no such subcommand", near.empty() ? "hapticctl --help lists them" : near + "?");
 }
 
+/** The options, of the program or of the command that was named, that the first word which is none may mean. */
+std::string meantOption(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> known;
+  for (const CLI::App* at = &app; at != nullptr;
+       at = at->get_subcommands().empty() ? nullptr : at->get_subcommands().front()) {
+    for (const CLI::Option* option : at->get_options())
+      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = std::string(argv[i]).substr(0, std::string_view(argv[i]).find('='));
+    if (!word.starts_with("--") || std::find(known.begin(), known.end(), word) != known.end()) continue;
+    std::string near;
+    for (const std::string& name : suggestions(word, known)) near += (near.empty() ? "did you mean " : " or ") + name;
+    return near.empty() ? near : near + "? ";
+  }
+  return {};
+}
+
 int run(int argc, char** argv, Globals& globals) {
   for (int i = 1; i < argc && std::strcmp(argv[i], "--") != 0; ++i)
     if (std::strcmp(argv[i], "--json") == 0) globals.json = true;  // Also for what is found before all is read.
@@ -120,7 +138,8 @@ int run(int argc, char** argv, Globals& globals) {
     std::string command = "hapticctl";
     for (const CLI::App* at = &app; !at->get_subcommands().empty();)
       command += " " + (at = at->get_subcommands()[0])->get_name();
-    failUsage({}, error.what(), command + " --help tells how");
+    const bool extras = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError);
+    failUsage({}, error.what(), (extras ? meantOption(app, argc, argv) : "") + command + " --help tells how");
   }
   const int code = chosen(globals);
   flush();

@@ -52,6 +52,7 @@ class WithoutDaemon(Case):
                                 (["--socket", "/" + 107 * "x", "status"], "at most 107 bytes"), (["add", "plane", "--at", "0,0"], "3 lengths"),
                                 (["add", "plane", "--friction", "0.2,0.4"], "dynamic at most static"),
                                 (["monitor", "--csv", "--json"], "--json"), (["events", "--kinds", "tuch"], "touch"),
+                                (["add", "plane", "--stifness", "100"], "did you mean --stiffness?"), (["stop", "--al=1"], "not expected: --al=1"),
                                 (["top"], "no terminal"), (["limits", "--force", "nan"], "not a finite number"),
                                 (["load-texture", "x.png", "wall", "--size", "0.1,nan"], "--size: ")):
             if words and words[0] in ("events", "top"):

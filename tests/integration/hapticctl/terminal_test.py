@@ -53,6 +53,11 @@ class OnATerminal(TerminalCase):
         self.assertEqual(code, 0)
         self.assertTrue(output.startswith("\x1b[?1049h") and output.endswith("\x1b[?1049l"), output[-40:])
 
+    def test_top_has_24_rows_where_only_columns_are_told(self):
+        output = self.run_on_terminal("top", "-n", "1", size=(100, 0))[1]
+        self.assertIn("sim", output)
+        self.assertNotIn("lines more", output)
+
     def test_tables_fit_into_80_columns(self):
         """Where the size is unknown, as here, a terminal has 80 columns and 24 rows."""
         self.run_ctl("arm", "--for", "0.05")

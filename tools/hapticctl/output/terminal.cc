@@ -96,7 +96,7 @@ TerminalSize terminalSize() {
   winsize size{};
   if ((ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 || ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0) &&
       size.ws_col > 0) {
-    return {size.ws_col, size.ws_row};
+    return {size.ws_col, size.ws_row > 0 ? size.ws_row : 24};  // Some tell of columns alone.
   }
   return {80, 24};
 }

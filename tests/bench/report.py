@@ -112,6 +112,8 @@ def main():
                 if text not in words]
     if re.search(r"e\+1\d .{1,40}hash", words) or not re.search(r" ours forces +[0-9a-f]{12} ", words):
         sys.exit("the page shows hashes as numbers that have lost their end")
+    if one := next((text for text in page.cells if re.fullmatch(r"(\S+) \.\. \1", text)), None):
+        sys.exit(f"the page shows an interval of one value: {one}")
     if missing or page.count.get("svg") != 8 or page.count.get("table", 0) < 11 or page.fetched:
         sys.exit(f"the page lacks {missing}, counts {page.count}, fetches {page.fetched[:5]}")
 

@@ -226,7 +226,7 @@ int run(const Common& common, bool check) {
   if (common.csv) {
     fmt::print("{}\n", tableForm("sixdof").header());
   } else {
-    fmt::print("{:14} {:11} {:>5} | {:>9} {:>8} {:>8} {:>7} | {:>10} {:>8} {:>7} | {:>9}\n", "case", "response", "Hz",
+    fmt::print("{:14} {:11} {:>5} | {:>9} {:>8} {:>8} {:>8} | {:>11} {:>8} {:>8} | {:>9}\n", "case", "response", "Hz",
                "force RMS", "relative", "worst", "angle", "torque RMS", "relative", "angle", "overlap");
   }
   bool good = true;
@@ -242,10 +242,10 @@ int run(const Common& common, bool check) {
                      r.force.rms(), r.force.relative(), r.force.worst, r.force.degrees(), r.torque.rms(),
                      r.torque.relative(), r.torque.degrees(), r.deepest);
         } else {
-          fmt::print("{:14} {:11} {:5} | {:7.4f} N {} {:6.3f} N {} | {:7.4f} Nm {} {} | {:6.1f} um\n", scenario->name,
+          fmt::print("{:14} {:11} {:5} | {:7.4f} N {} {:6.3f} N {} | {:6.2f} mN m {} {} | {:6.1f} um\n", scenario->name,
                      name, 1000 / every, r.force.rms(), column(100 * r.force.relative(), "%"), r.force.worst,
-                     column(r.force.degrees(), "d"), r.torque.rms(), column(100 * r.torque.relative(), "%"),
-                     column(r.torque.degrees(), "d"), r.deepest * 1e6);
+                     column(r.force.degrees(), "°"), 1e3 * r.torque.rms(), column(100 * r.torque.relative(), "%"),
+                     column(r.torque.degrees(), "°"), r.deepest * 1e6);
         }
         const bool default_response = response == responses.front();
         good = good && (!default_response || (r.force.isGood() && r.torque.isGood()));

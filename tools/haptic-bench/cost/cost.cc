@@ -118,7 +118,8 @@ int run(const Common& common, CostOptions options) {
   fmt::print("# stroke of {} s, {} mm deep at {} m/s, 1 kHz; {}; boxes: {}\n", options.seconds, kStrokeDepth * 1e3,
              options.speed,
              common.csv ? "median, mean and tails of each round"
-                        : fmt::format("of each tick the median of {} rounds [ns]", common.rounds),
+                        : fmt::format("of each tick the median of {} round{} [ns]", common.rounds,
+                                      common.rounds == 1 ? "" : "s"),
              hapticd::nameOf(hapticd::vectorPath()));
   if (common.csv) {
     fmt::print("{}\n", kResultsHeader);

@@ -55,7 +55,8 @@ bool cubes(const Common& common, const GraspOptions& o) {
     fmt::print("{}\n{}\n", settingsLine("grasp-cubes", fmt::format("fingers unsteady by {} mm", o.unsteady_mm)),
                tableForm("grasp-cubes").header());
   } else {
-    fmt::print("\nThe 27 cubes, held by {} persons, {} times each\n", o.persons, o.turns);
+    fmt::print("\nThe 27 cubes, held by {} person{}, {} time{} each\n", o.persons, o.persons == 1 ? "" : "s", o.turns,
+               o.turns == 1 ? "" : "s");
     fmt::print("{:>8} {:>8} {:>9} {:>9} {:>9} {:>9} {:>8}\n", "mass kg", "friction", "k N/m", "slips N", "fell N",
                "held N", "margin");
   }
@@ -136,7 +137,8 @@ bool align(const Common& common, const GraspOptions& o) {
     fmt::print("{}\n{}\n", settingsLine("grasp-align", fmt::format("fingers unsteady by {} mm", o.unsteady_mm)),
                tableForm("grasp-align").header());
   } else {
-    fmt::print("\nBars of 0.05, 0.1 and 0.2 kg are let turn to an angle, by {} persons (medians)\n", o.persons);
+    fmt::print("\nBars of 0.05, 0.1 and 0.2 kg are let turn to an angle, by {} person{} (medians)\n", o.persons,
+               o.persons == 1 ? "" : "s");
     fmt::print("{:>10} {:>6} {:>8} | {:>7} {:>8} {:>11}\n", "friction", "L mm", "wanted", "off", "slid mm", "lost");
   }
   for (const Alignment& one : all) {

@@ -168,7 +168,8 @@ def spread(tables, rounds):
     def figures(s):
         if s["unit"] == "hash":
             return f"<td>{int(s['median']):012x}</td><td></td>"
-        return f"<td>{s['median']:.6g}</td><td>{s['low']:.4g} .. {s['high']:.4g}</td>"
+        interval = "" if s["low"] == s["high"] else f"{s['low']:.4g} .. {s['high']:.4g}"
+        return f"<td>{s['median']:.6g}</td><td>{interval}</td>"
 
     rows = "".join(f"<tr><td>{html.escape(s['name'])}</td>{figures(s)}<td>{html.escape(s['unit'])}</td></tr>\n"
                    for t in tables for s in t["series"])

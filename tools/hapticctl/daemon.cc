@@ -23,6 +23,7 @@ Failure failure(int code, const haptic_error& error) {
   out.where = error.where;
   out.what = error.what[0] != '\0' ? error.what : haptic_error_text(code);
   out.remedy = error.remedy;
+  if (out.where == "name" && out.code == "NOT_FOUND") out.where.clear();  // A parameter's; what is not there is told.
   // The library's remedy is a programmer's.
   if (code == HAPTIC_DISCONNECTED && (out.remedy.empty() || out.remedy.starts_with("call haptic_reconnect()"))) {
     out.where.clear();
@@ -73,7 +74,13 @@ Session::Session(const Daemon& daemon, const std::string& device) {
   options.uri = uri.c_str();
   haptic_error error = HAPTIC_ERROR_INIT;
   haptic_session* session = nullptr;
-  check(haptic_session_open(daemon.client(), &options, &session, &error), error);
+  try {
+    check(haptic_session_open(daemon.client(), &options, &session, &error), error);
+  } catch (Failure& failure) {  // Which tells what URIs of each driver look like.
+    if (failure.code == "NOT_FOUND" && failure.what.starts_with("no device has that name"))
+      failure.remedy = "hapticctl list shows them; a URI opens one, as sim://omega3";
+    throw;
+  }
   session_.reset(session);
   haptic_session_info* info = nullptr;
   check(haptic_session_describe(session, &info, &error), error);

@@ -180,6 +180,8 @@ class WithDaemon(Case):
                                   (["load", path, "--scale", "30", "--name", "far"], (f"{path}: vertex", "check the scale")),
                                   (["export", "word", "x.vdb"], ("word: it has no volume", "--voxel")),
                                   (["export", "crate", "x.vdb"], ("crate: it is no mesh", "hapticctl load --voxel")),
+                                  (["remove", "crat"], ("hapticctl: there is no object 'crat'", "nearest: crate")),
+                                  (["arm", "simm"], ("simm", "number\n  hapticctl list shows them; a URI opens one, as sim://omega3\n")),
                                   (["info", "sim://falcon"], ("neither open nor found", "hapticctl monitor 'sim://falcon'"))):
             said = self.run_ctl(*command, exit_code=1).stderr
             for words in expected:

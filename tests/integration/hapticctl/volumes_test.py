@@ -43,6 +43,8 @@ class Volumes(Case):
         self.run_ctl("export", "solid", out, "--replace")
         self.assertIn("no volume", self.run_ctl("export", "skin", out, "--replace", exit_code=1).stderr)
         self.assertIn("solid", self.run_ctl("export", "sold", out, "--replace", exit_code=1).stderr)
+        self.assertIn("end it in .vdb", self.run_ctl("export", "solid", self.directory / "solid.ply", exit_code=2).stderr)
+        self.assertFalse((self.directory / "solid.ply").exists())
         full = pathlib.Path("/dev/full")
         self.assertEqual(self.run_ctl("export", "solid", full, "--replace", exit_code=5).stdout, "")
         self.assertTrue(full.is_char_device(), "what was there before stays")

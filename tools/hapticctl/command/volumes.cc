@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
+#include <filesystem>
 #include <vector>
 
 #include "tools/hapticctl/command/command.h"
@@ -77,6 +78,9 @@ int openVolume(const Daemon& daemon, const VolumesOptions& options, const Interr
 }
 
 int exportVolume(const VolumesOptions& options, const Globals& globals) {
+  const std::string ending = std::filesystem::path(options.file).extension().string();
+  if (!ending.empty() && ending != ".vdb" && ending != ".VDB")
+    failUsage(options.file, "is no name for a .vdb file", "end it in .vdb");
   const Interrupt interrupt;
   const Daemon daemon(globals);
   const int from = openVolume(daemon, options, interrupt);

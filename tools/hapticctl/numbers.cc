@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tools/hapticctl/failure.h"
@@ -22,7 +23,8 @@ std::vector<double> parseNumbers(std::string_view option, std::string_view text,
   std::vector<double> values;
   for (std::string_view rest = text;;) {
     const std::size_t comma = rest.find(',');
-    const std::string_view field = rest.substr(0, comma);
+    std::string_view field = rest.substr(0, comma);
+    field.remove_prefix(std::min(field.size(), field.find_first_not_of(' ')));  // As people write behind a comma.
     const auto value = parseNumber(field);
     if (!value) {
       failUsage(std::string(option), fmt::format("'{}' is not a finite number (field {})", field, values.size() + 1),

@@ -35,6 +35,7 @@ std::string noted(const char* text, std::size_t count) {
 TEST(Lengths, HaveAUnitOrAreMetres) {
   // 9mm and 0.009 are the same number: what the daemon tells of it is as short as what was written.
   EXPECT_THAT(parseLengths("--size", "9mm,-0.5cm,0", 3), ElementsAre(0.009, -0.005, 0.0));
+  EXPECT_THAT(parseLengths("--size", "9mm, 9mm", 2), ElementsAre(0.009, 0.009));
   EXPECT_THAT(parseLengths("--size", "1e2um,2m,1in,1inch,1ft", 0),
               ElementsAre(1e-4, 2.0, DoubleEq(0.0254), DoubleEq(0.0254), DoubleEq(0.3048)));
 }

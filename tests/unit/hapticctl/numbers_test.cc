@@ -51,6 +51,9 @@ TEST(Numbers, KeepThePointInEveryLocale) {
 
 TEST(Numbers, VectorsNameTheFieldAtFault) {
   EXPECT_THAT(parseNumbers("--at", "1,2.5,-3", 3), ElementsAre(1, 2.5, -3));
+  EXPECT_THAT(parseNumbers("--at", "1, 2.5,  -3", 3), ElementsAre(1, 2.5, -3));
+  EXPECT_THAT(refusal([] { (void)parseNumbers("--at", "1, ,3", 3); }),
+              HasSubstr("'' is not a finite number (field 2)"));
   EXPECT_THAT(refusal([] { (void)parseNumbers("--at", "1,x,3", 3); }),
               HasSubstr("--at: 'x' is not a finite number (field 2)"));
   EXPECT_THAT(refusal([] { (void)parseNumbers("--at", "1,2", 3); }), HasSubstr("3 numbers are wanted"));

@@ -70,39 +70,88 @@ TEST_F(CycleTouch, OfTwoAtOnceEachIsTold) {
   EXPECT_EQ(told_, (std::vector{begin(kOne), begin(kOther), end(kOne), end(kOther)}));
 }
 
-/** A floor and a wall, both free: each is driven along its own normal, by its part of what presses the hand. */
-TEST(CycleTouchOfBodies, BetweenTwoEachGetsItsOwnPart) {
-  test::SteppedCycle hand(test::openConfig(10));
-  constexpr double kMass[] = {5, 8};
-  for (const std::uint32_t id : {kOne, kOther}) {  // Below z = 0, and before x = 0.
-    const Vec3 place = id == kOne ? Vec3(0, 0, -0.05) : Vec3(0.05, 0, 0);
-    hand.add(test::solid(id, ShapeKind::kBox, {800, 0, 0, 0}, {place, Quat::Identity()}, Vec3::Constant(0.05)));
-    const double inertia = 0.01;
-    hand.put(CommandKind::kSetBody,
-             SetBody{id, 0, kMass[objectSlot(id) - 1], {}, {inertia, inertia, inertia, 0, 0, 0}, 0});
+/** A floor and a wall of 5 and 8 kg, both free, and a hand that comes into their corner. */
+class CycleTouchOfBodies : public ::testing::Test, protected test::SteppedCycle {
+ protected:
+  static constexpr double kMass[] = {5, 8};
+
+  CycleTouchOfBodies() : SteppedCycle(test::openConfig(10)) {}
+  /** Of so much of their mass. */
+  void build(const hd_material& material, double share = 1) {
+    for (const std::uint32_t id : {kOne, kOther}) {  // Below z = 0, and before x = 0.
+      const Vec3 place = id == kOne ? Vec3(0, 0, -0.05) : Vec3(0.05, 0, 0);
+      add(test::solid(id, ShapeKind::kBox, material, {place, Quat::Identity()}, Vec3::Constant(0.05)));
+      const double inertia = share * 0.01;
+      put(CommandKind::kSetBody,
+          SetBody{id, 0, share * kMass[objectSlot(id) - 1], {}, {inertia, inertia, inertia, 0, 0, 0}, 0});
+    }
+    at({-0.003, 0, 0.003});
+    arm();
   }
-  hand.at({-0.003, 0, 0.003});
-  hand.arm();
-  Vec3 felt = Vec3::Zero();
-  bool both = false;
-  const auto go = [&](const Vec3& p) {
+  void go(const Vec3& p) {
     for (const std::uint32_t id : {kOne, kOther}) {  // They touch nothing else, which they are to be told.
       ToolContacts none{};
       none.device = kMaxDevices + objectSlot(id) - 1;
       none.object = id;
-      hand.put(CommandKind::kToolContacts, none);
+      put(CommandKind::kToolContacts, none);
     }
-    felt += 1e-3 * hand.at(p).guard.by_source[HD_SOURCE_SURFACE];
-    both = both || hand.output->device[0].contact.parts == 2;
-  };
+    felt_ += 1e-3 * at(p).guard.by_source[HD_SOURCE_SURFACE];
+    both_ = both_ || output->device[0].contact.parts == 2;
+  }
+  Vec3 speed(std::uint32_t id) const { return cycle->scene().slot(objectSlot(id)).V_WO.v; }
+
+  Vec3 felt_ = Vec3::Zero();  ///< By the hand, in all [N s].
+  bool both_ = false;
+};
+
+/** Each is driven along its own normal, by its part of what presses the hand. */
+TEST_F(CycleTouchOfBodies, BetweenTwoEachGetsItsOwnPart) {
+  build({800, 0, 0, 0});
   for (int i = 0; i < 60; ++i) go(Vec3(-0.003, 0, 0.003) + 1e-4 * i * Vec3(1, 0, -1));
   go({-0.003, 0, 0.003});
-  ASSERT_TRUE(both);
-  ASSERT_LT(felt.x(), -0.01);
-  ASSERT_GT(felt.z(), 0.01);
-  const auto speed = [&](std::uint32_t id) { return hand.cycle->scene().slot(objectSlot(id)).V_WO.v; };
-  EXPECT_LT((speed(kOne) - Vec3(0, 0, -felt.z() / kMass[0])).norm(), 1e-2 * felt.z() / kMass[0]);
-  EXPECT_LT((speed(kOther) - Vec3(-felt.x() / kMass[1], 0, 0)).norm(), -1e-2 * felt.x() / kMass[1]);
+  ASSERT_TRUE(both_);
+  ASSERT_LT(felt_.x(), -0.01);
+  ASSERT_GT(felt_.z(), 0.01);
+  EXPECT_LT((speed(kOne) - Vec3(0, 0, -felt_.z() / kMass[0])).norm(), 1e-2 * felt_.z() / kMass[0]);
+  EXPECT_LT((speed(kOther) - Vec3(-felt_.x() / kMass[1], 0, 0)).norm(), -1e-2 * felt_.x() / kMass[1]);
+}
+
+/** Of friction and damping too, the one along the corner, both take together what the hand is given. */
+TEST_F(CycleTouchOfBodies, BetweenTwoNoMomentumIsLost) {
+  build({800, 2, 0.5, 0.4});
+  for (int i = 0; i < 40; ++i) go(Vec3(-0.003, 0, 0.003) + 1e-4 * i * Vec3(1, 0, -1));
+  for (int i = 0; i < 20; ++i) go({0.001, 1e-4 * i, -0.001});
+  go({-0.003, 0.002, 0.003});
+  ASSERT_TRUE(both_);
+  ASSERT_LT(felt_.y(), -1e-3);
+  const Vec3 given = kMass[0] * speed(kOne) + kMass[1] * speed(kOther);
+  EXPECT_LT((given + felt_).norm(), 1e-9 * felt_.norm()) << given.transpose() << " of " << felt_.transpose();
+}
+
+/** What is so light that an impulse of theirs would throw it gets no more than the springs hold, however it moves. */
+TEST_F(CycleTouchOfBodies, BetweenTwoLightOnesGetWhatTheSpringsHold) {
+  constexpr double kLight = 1e-5;
+  build({800, 0, 0, 0}, kLight);
+  for (const double rises : {0.0, 0.3, -0.3}) {
+    at({-0.003, 0, 0.01});
+    for (const std::uint32_t id : {kOne, kOther}) {
+      const Pose place{id == kOne ? Vec3(0, 0, -0.05) : Vec3(0.05, 0, 0), Quat::Identity()};
+      put(CommandKind::kObjectPose, poseMessage(id, place, {{0, 0, id == kOne ? rises : 0}, Vec3::Zero()}));
+    }
+    both_ = false;
+    go({0.001, 0.01, -0.001});
+    ASSERT_TRUE(both_) << rises;
+    double given = -0.5 * kLight * kMass[0] * rises * rises;
+    const FreeBodies& bodies = cycle->bodies();
+    const RigidBody& one = bodies.body(bodies.find(objectSlot(kOne))).body;
+    const RigidBody& other = bodies.body(bodies.find(objectSlot(kOther))).body;
+    given += one.kineticEnergy() + other.kineticEnergy();
+    const double stored = output->device[0].contact.stored;
+    ASSERT_GT(stored, 1e-5);
+    EXPECT_NEAR(given, stored, 1e-9 * stored) << rises;
+    EXPECT_LT(one.twist().v.z(), rises) << "away from the hand";
+    EXPECT_GT(other.twist().v.x(), 0) << rises;
+  }
 }
 
 }  // namespace

@@ -154,5 +154,30 @@ TEST_F(CycleTouchOfBodies, BetweenTwoLightOnesGetWhatTheSpringsHold) {
   }
 }
 
+/** What sticks to one is as viscous across as the material is, but stops it within a tick at the most where it is
+ * touched, which turns it too. */
+TEST_F(CycleTouchOfBodies, WhatSticksToALightOneStopsItAndNoMore) {
+  constexpr double kLight = 1e-3;
+  build({800, 5, 5, 5}, kLight);
+  int seen = 0;
+  for (int i = 0; i < 30; ++i) {
+    go({-0.03, 2e-5 * i, -5e-5 * i});
+    const DeviceOutput& out = output->device[0];
+    const SurfaceContact& c = out.contact;
+    if (c.object != kOne || c.parts != 0 || c.slip) continue;
+    const FreeBodies& bodies = cycle->bodies();
+    const Vec3 r = c.point - bodies.body(bodies.find(objectSlot(kOne))).body.com();
+    Vec3 across = c.at_hip - out.velocity.v;
+    across -= across.dot(c.normal) * c.normal;
+    const double w = 1 / (kLight * kMass[0]) + r.cross(across.normalized()).squaredNorm() / (kLight * 0.01);
+    const double b = 1 / (1e-3 * w);
+    ASSERT_LT(b, c.damping_gain) << "else that of material and device";
+    const Vec3 viscous = c.force - c.stiffness * c.pull - c.damping * c.normal;
+    EXPECT_LT((viscous - b * across).norm(), 1e-2 * b * across.norm()) << i;
+    seen += across.norm() > 5e-3;
+  }
+  EXPECT_GE(seen, 3);
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -94,7 +94,7 @@ TEST(CycleSteps, ATapRingsOnceAsHardAsItCame) {
   std::uniform_real_distribution<double> any(-1, 1);
   for (const double period : kPeriods) {
     for (const double step : kSteps) {
-      for (unsigned run = 0; run < drawn(300); ++run) {
+      for (unsigned run = 0; run < drawn(300U); ++run) {
         Hand hand(step, period, random);
         const double hz = 3 + 2 * any(random), height = 0.004 + 0.003 * any(random),
                      middle = 0.7 * height * any(random);

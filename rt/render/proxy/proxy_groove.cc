@@ -10,7 +10,7 @@ namespace {
 constexpr int kMaxTurns = 16;       // Of the tangent planes.
 constexpr int kMaxWalks = 8;        // Of these, that may lead to other triangles;
 constexpr int kMaxPointWalks = 3;   // of a point, whose planes do not turn.
-constexpr int kMaxWalked = 8;       // Triangles, from one that holds the proxy to that below its place.
+constexpr int kMaxBelow = 8;        // Triangles, from one that holds the proxy to that below its place.
 constexpr double kSteepest = 0.02;  // Cosine: what leans more is gone along step by step.
 constexpr double kMaxLeap = 0.125;  // Of the depth: by how much each may be put farther along the groove.
 
@@ -103,7 +103,7 @@ bool ProxyRenderer::walkBelow(const SceneObject& object, const Constraint& c, co
                               Constraint& there) const HD_RT {
   const MeshView& mesh = *object.shape.mesh;
   std::uint32_t triangle = c.feature, before = HD_NO_INDEX;
-  for (int walked = 0; walked < kMaxWalked; ++walked) {
+  for (int walked = 0; walked < kMaxBelow; ++walked) {
     const Corners corners = cornersOf(mesh, triangle);
     const Vec3 up = corners.normal();
     if (!(up.squaredNorm() > 0)) return false;  // Without area.

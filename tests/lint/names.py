@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Finds constants, types and functions of unnamed namespaces that two files of one program have: compiled in batches
-(HAPTICD_UNITY, tools/cmake/Settings.cmake) they would clash, and then only in a build of that kind.
+(HAPTICD_UNITY, tools/cmake/Settings.cmake) they would clash, and then only in a build of that kind. And constants that a
+class of the same folder has as well: its functions take its own, silently.
 
 Usage: names.py ROOT. Prints each name with the files that have it, and exits 1.
 """
@@ -22,6 +23,7 @@ COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|//[^\n]*|/\*.*
 SCOPE = re.compile(r"(?:inline\s+)?namespace\s*([\w:]*)\s*$")
 TYPE = re.compile(r"^(?:struct|class|union|enum(?:\s+class)?)\s+(?:alignas\(\w+\)\s*)?(\w+)")
 CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*(?=[=\[{(,]|$)")
+MEMBER = re.compile(r"^\s+static constexpr [^=;{(]*?\b(k[A-Z]\w*)\b", re.M)
 FUNCTION = re.compile(r"\b([a-z]\w*)\s*\((.*)\)[^()]*$", re.S)
 
 
@@ -86,12 +88,18 @@ def main():
             programs[rooms.get(path.relative_to(root).parts[1], folder)].append(path)
     for folder, others in PROGRAMS.items():
         programs[folder] = [p for p in sorted((root / folder).rglob("*.cc")) if not re.search(others, str(p))]
+    members = collections.defaultdict(dict)
+    for header in {h for files in programs.values() for p in files for h in p.parent.glob("*.h")}:
+        members[header.parent].update((name, header) for name in MEMBER.findall(header.read_text(encoding="utf-8")))
     found = 0
     for program, files in programs.items():
         have = collections.defaultdict(set)
         for path in files:
             for name in names(path):
                 have[name].add(path)
+                if header := members[path.parent].get(name):
+                    found += 1
+                    print(f"{name} of {path.relative_to(root)}: a class in {header.name} has one, which goes before it")
         for name, paths in have.items():
             if len(paths) > 1:
                 found += 1

@@ -72,7 +72,7 @@ TEST(Turns, WhatIsPutFirstComesNextAndTakesNobodysTurn) {
   for (const std::uint64_t client : {1, 2}) {
     for (const int number : {1, 2}) turns.push(client, {client, number});
   }
-  turns.pushFirst(2, {2, 0});
+  turns.pushFirst(2, {2, 0}, {});
   turns.push(2, {2, 3});
   const Numbered order[] = {{2, 0}, {1, 1}, {2, 1}, {1, 2}, {2, 2}, {2, 3}};
   for (const Numbered& job : order) {

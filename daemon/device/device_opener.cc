@@ -3,12 +3,19 @@
 #include <pthread.h>
 
 #include <exception>
+#include <new>
 #include <system_error>
 
 #include "drivers/link/slow_to_open.h"
 #include "rt/base/clock.h"
 
 namespace hapticd {
+namespace {
+
+/** With no text that would need some. */
+Error noMemory() { return {ErrorCode::kSystem, "memory", {}, {}}; }
+
+}  // namespace
 
 void DeviceOpener::start(std::unique_ptr<Device> device, Done done) {
   Running& running = running_.emplace_back();
@@ -19,6 +26,8 @@ void DeviceOpener::start(std::unique_ptr<Device> device, Done done) {
     ::pthread_setname_np(::pthread_self(), "device-open");
     try {
       running.result = running.device->open();
+    } catch (const std::bad_alloc&) {
+      running.result = noMemory();
     } catch (const std::exception& e) {  // drivers' libraries may throw; nobody is above us
       running.result = Error{ErrorCode::kInternal, running.device->info().uri, e.what(), {}};
     }
@@ -29,6 +38,9 @@ void DeviceOpener::start(std::unique_ptr<Device> device, Done done) {
   } catch (const std::system_error& e) {  // no more threads for this user or service
     running.result = Error{ErrorCode::kSystem, running.device->info().uri,
                            std::string("no thread can be started: ") + e.what(), "raise TasksMax= or the user's nproc"};
+    running.finished.store(true);
+  } catch (const std::bad_alloc&) {
+    running.result = noMemory();
     running.finished.store(true);
   }
 }

@@ -196,6 +196,7 @@ void BuilderLeash::State::finish(BuildReport report) {
 void BuilderLeash::State::condemn(std::string why) {
   doom = std::move(why);
   closed = true;
+  if (pid == 0) return;  // It has ended; kill() would take that for everybody here.
   ::epoll_ctl(epoll.get(), EPOLL_CTL_DEL, socket.get(), nullptr);
   ::kill(pid, SIGKILL);  // If it is dying already, its exit status stays as it is.
 }
@@ -302,15 +303,15 @@ void BuilderLeash::State::checkEnd() {
   receive();  // what it said before
   int status = 0;
   if (::waitpid(pid, &status, 0) != pid) return;
-  const std::string why = doom.empty() ? howItEnded(status) : doom;
-  log::warn("{}", why);
-  if (!spoke && !cancelled) trouble = why;
-  socket.reset();
+  socket.reset();  // First of all: what follows may have no memory.
   process.reset();
   pid = 0;
   const std::int64_t pause = std::min(kLongestPause_ns, kFirstPause_ns << std::min(crashes_in_row, 10u));
   ++crashes_in_row;
   not_before_ns = now() + pause;
+  const std::string why = doom.empty() ? howItEnded(status) : doom;
+  log::warn("{}", why);
+  if (!spoke && !cancelled) trouble = why;
   lose(why);
 }
 

@@ -281,11 +281,13 @@ void VolumeCache::keep(const std::string& key, UniqueFd snapshot, UniqueFd volum
   awaitWriter();  // It has found nothing more, and ends.
   try {
     writer_ = std::thread([this] { write(); });
-  } catch (const std::system_error& e) {  // No more threads: the mesh is there all the same.
+  } catch (const std::exception& e) {  // No more threads: the mesh is there all the same.
+    {
+      const std::lock_guard lock(mutex_);
+      jobs_.clear();
+    }
     log::warn("a volume is not kept on disk: no thread can be started: {} (raise TasksMax= or the user's nproc)",
               e.what());
-    const std::lock_guard lock(mutex_);
-    jobs_.clear();
   }
 }
 

@@ -85,6 +85,8 @@ class Aside {
   }
   /** Tells what is done. */
   void poll();
+  /** With no text that would need some. */
+  [[nodiscard]] static Error noMemory() { return {ErrorCode::kSystem, "memory", {}, {}}; }
   /** Jobs begun or waiting, or not told yet. */
   [[nodiscard]] std::size_t size() const;
 
@@ -96,7 +98,6 @@ class Aside {
   };
   void push(Job job, std::uint64_t client);
   void run();
-  [[nodiscard]] static Error noMemory() { return {ErrorCode::kSystem, "memory", {}, {}}; }
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -68,15 +69,24 @@ class Shelf {
     const std::uint32_t index = firstFree();
     entry->info.id = next_id_;
     entry->info.uses = 0;
-    entries_[index] = std::move(entry);
-    for (CommandSink* sink : sinks_) {
-      if (auto r = publish(index, *sink); !r) {
-        unpublish(index);
-        entries_[index].reset();  // no order names it yet
-        return r.error();
-      }
-    }
     by_id_.emplace(next_id_, index);
+    entries_[index] = std::move(entry);
+    const auto takeBack = [&] {
+      unpublish(index);
+      by_id_.erase(next_id_);
+      entries_[index].reset();  // no order names it yet
+    };
+    try {
+      for (CommandSink* sink : sinks_) {
+        if (auto r = publish(index, *sink); !r) {
+          takeBack();
+          return r.error();
+        }
+      }
+    } catch (const std::bad_alloc&) {
+      takeBack();
+      throw;
+    }
     return next_id_++;
   }
 
@@ -97,8 +107,11 @@ class Shelf {
                    fmt::format("{} {} is shown by {} {}", words_.one, id, entry->info.uses, words_.shown_by),
                    words_.free_it};
     }
+    // For want of memory it stays, or servos that are not waited for would read on in it.
+    auto waits_for = entry->waits_for;
+    for (CommandSink* sink : sinks_) waits_for[sink] = sink->posted();
+    entry->waits_for.swap(waits_for);
     entry->dropped = true;
-    for (CommandSink* sink : sinks_) entry->waits_for[sink] = sink->posted();
     by_id_.erase(id);
     return {};
   }

@@ -117,8 +117,7 @@ void Uploads::step(std::uint64_t id, Step&& go_on) {
     go_on();
   } catch (const std::bad_alloc&) {
     const Upload* const stands = find(id);  // If nothing goes on with it, whoever waits would wait for ever.
-    if (stands != nullptr && stands->job == 0 && stands->aside == 0)
-      fail(id, {ErrorCode::kSystem, "memory", "hapticd can have no more", "end programs, or raise MemoryMax="});
+    if (stands != nullptr && stands->job == 0 && stands->aside == 0) fail(id, Aside::noMemory());
     throw;
   }
 }
@@ -286,8 +285,8 @@ void Uploads::check(std::uint64_t id, CachedBuild built, MeshInfo info, bool cac
         }
         const Upload over = take(id);
         CachedBuild& kept = checked->kept;
-        if (keep) cache_->keep(over.cache_key, std::move(kept.snapshot), std::move(kept.volume), kept.notes);
         over.done(std::move(made));
+        if (keep) cache_->keep(over.cache_key, std::move(kept.snapshot), std::move(kept.volume), kept.notes);
       });
 }
 

@@ -62,12 +62,12 @@ class Going : public testing::Test {
 
   MeshStore meshes_;
   TextureStore textures_;
-  std::promise<void> go_;
   bool no_memory_ = false;
   Uploads uploads_{meshes_, textures_, [this](auto, auto, auto) {
                      if (no_memory_) throw std::bad_alloc();
                      return Result<void>();
                    }};
+  std::promise<void> go_;  ///< Goes first: nobody waits for one that is gone.
 };
 
 TEST_F(Going, AnUploadThatIsNeverCommitted) {

@@ -19,7 +19,7 @@ class Shown(BenchCase):
         self.assertEqual(error.index(" N^2"), lines[at].index("median") + len("median"))
         self.assertRegex(many, r"b=0\n +median +95 % interval +rounds")
         self.assertRegex(many, r"ours forces +[0-9a-f]{12} hash +1\n")  # What is told once has no interval.
-        self.assertRegex(many, r"ours mean +[\d.]+ [nu]s +[\d.]+ \.\. +[\d.]+ +6\n")
+        self.assertRegex(many, r"ours mean +[\d.]+ [nu]s +[\d.e+]+ \.\. +[\d.e+]+ +6\n")
         self.assertRegex(many, r"ours memory +[\d.]+ kB ")  # Whatever a byte is in results.
         self.assertRegex(self.bench(*run, 1), r"b=0\n +value\n.*ours force MSE +[\d.e-]+ N\^2\n")  # One round has no range.
         self.assertIn("b=0 r=0.001\n", self.bench(*run, 1, "--radius", 0.001))  # Another benchmark than with a point.

@@ -13,7 +13,7 @@ Readable readable(const std::string& unit, double value) {
     auto at = std::find(kind.begin(), kind.end(), unit);
     if (at == kind.end()) continue;
     double size = std::abs(value), factor = 1;
-    for (; size >= 1e4 && std::isfinite(size) && at + 1 != kind.end(); ++at) size /= 1e3, factor /= 1e3;
+    for (; size >= 9999.5 && std::isfinite(size) && at + 1 != kind.end(); ++at) size /= 1e3, factor /= 1e3;
     for (; size < 0.1 && size > 0 && at != kind.begin(); --at) size *= 1e3, factor *= 1e3;
     return {*at, factor};
   }

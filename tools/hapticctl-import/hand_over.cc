@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <csignal>
@@ -19,6 +18,7 @@
 #include <utility>
 
 #include "tools/hapticctl-import/image.h"
+#include "tools/options/ending.h"
 
 namespace hapticctl_import {
 namespace {
@@ -107,12 +107,7 @@ void requireWritable(const std::string& path) {
 }
 
 void requireEnding(const std::string& path, const std::string& ending) {
-  namespace fs = std::filesystem;
-  std::error_code none;
-  std::string own = fs::path(path).extension().string();
-  for (char& c : own) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const bool file = !fs::exists(path, none) || fs::is_regular_file(path, none);  // Not a device or a pipe.
-  if (file && !own.empty() && own != ending)
+  if (hapticd_options::promisesAnother(path, ending))
     throw ImportError(path, "is no name for a " + ending + " file", "end it in " + ending);
 }
 

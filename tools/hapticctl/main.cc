@@ -80,9 +80,10 @@ std::string meantOption(const CLI::App& app, int argc, char** argv) {
   for (const CLI::App* at = &app; at != nullptr;
        at = at->get_subcommands().empty() ? nullptr : at->get_subcommands().front()) {
     for (const CLI::Option* option : at->get_options())
-      for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+      for (const std::string& name : option->get_lnames())
+        if (std::find(known.begin(), known.end(), "--" + name) == known.end()) known.push_back("--" + name);
   }
-  for (int i = 1; i < argc; ++i) {
+  for (int i = 1; i < argc && std::strcmp(argv[i], "--") != 0; ++i) {
     const std::string word = std::string(argv[i]).substr(0, std::string_view(argv[i]).find('='));
     if (!word.starts_with("--") || std::find(known.begin(), known.end(), word) != known.end()) continue;
     std::string near;

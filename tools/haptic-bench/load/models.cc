@@ -43,7 +43,7 @@ struct FromReferences {
 void printTable(const std::string& title, const std::vector<FromReferences>& rows) {
   std::size_t names = title.size();
   for (const FromReferences& row : rows) names = std::max(names, row.name.size());
-  fmt::print("\n{:<{}} | {:^36} | {}\n{:{}} |", title, names, "difference, RMS [% of the mean force]",
+  fmt::print("\n{:<{}} | {:^35} | {}\n{:{}} |", title, names, "difference, RMS [% of mean force]",
              "most change of it in a tick", "", names);
   for (const char* half : {" |", "\n"}) {
     for (const char* reference : kReferences) fmt::print("{:>9}", reference);

@@ -4,7 +4,6 @@
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <chrono>
-#include <filesystem>
 #include <vector>
 
 #include "tools/hapticctl/command/command.h"
@@ -17,6 +16,7 @@
 #include "tools/hapticctl/output/output.h"
 #include "tools/hapticctl/output/terminal.h"
 #include "tools/hapticctl/output/to_json.h"
+#include "tools/options/ending.h"
 
 namespace hapticctl {
 namespace {
@@ -78,8 +78,7 @@ int openVolume(const Daemon& daemon, const VolumesOptions& options, const Interr
 }
 
 int exportVolume(const VolumesOptions& options, const Globals& globals) {
-  const std::string ending = std::filesystem::path(options.file).extension().string();
-  if (!ending.empty() && ending != ".vdb" && ending != ".VDB")
+  if (hapticd_options::promisesAnother(options.file, ".vdb"))
     failUsage(options.file, "is no name for a .vdb file", "end it in .vdb");
   const Interrupt interrupt;
   const Daemon daemon(globals);

@@ -140,7 +140,7 @@ TEST(ProxyFriction, ADeepHandInACurveFindsTheBorderOfItsCone) {
       ASSERT_NEAR((t.contact.force - force).norm(), 0, 1e-6);
     }
   });
-  EXPECT_GT(slid, 2000);
+  EXPECT_GT(slid, drawn(2000));
 }
 
 /** Over its edge and on along the face beyond, in ticks of half a radius: as if its faces were of triangles. */

@@ -247,7 +247,7 @@ TEST(ProxyInAGroove, RubsRoundASunkenSphereInFewSweeps) {
       force = c.force;
     }
   });
-  EXPECT_GT(slid, 3000);
+  EXPECT_GT(slid, drawn(3000));
 }
 
 /** Over ground as rough as its triangles are large: often three of them and more hold the ball. */

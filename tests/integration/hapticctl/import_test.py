@@ -99,6 +99,9 @@ class ImportAndCut(Case):
             self.assertIn(f"{name}: is no name for a {'.vdb' if '--vdb' in options else '.ply'} file",
                           imported(raw, *of_raw, *options, self.directory / name, exit_code=5))
             self.assertFalse((self.directory / name).exists())
+        for name in ("ball.PLY", "ball.ply.tmp", "ball_0.5mm", "ball"):
+            imported(raw, *of_raw, "--output", self.directory / name)
+            self.assertEqual((self.directory / name).read_bytes()[:3], b"ply")
 
     def test_import_leaves_nothing_behind_when_it_is_ended(self):
         scan, folder = self.directory / "never.mha", self.directory / "temporary"

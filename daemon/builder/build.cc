@@ -21,8 +21,6 @@ std::int64_t now() {
   return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
 }
 
-Error cancelled() { return {ErrorCode::kCancelled, "build", {}, {}}; }
-
 /** The volume of the mesh in a snapshot, in sealed memory. */
 Result<Memfd> buildVolume(std::span<const std::byte> snapshot, const MeshSource& source, BuildMonitor& monitor) {
   const auto mesh = validateSnapshot(snapshot);

@@ -17,7 +17,7 @@ void setBox(SimParameters& p, double depth, double width, double height) {
 }
 
 /** Product sheet of Novint: 4 in cube, more than 400 dpi, more than 2 lbf; 1 kHz over USB. */
-SimParameters falcon() {
+SimParameters novintFalcon() {
   SimParameters p;
   p.rate = 1000;
   setBox(p, 0.1016, 0.1016, 0.1016);
@@ -145,7 +145,7 @@ SimParameters phantomPremium6() {
 const std::vector<SimPreset>& simPresets() {
   static const std::vector<SimPreset> kPresets = {
       {"default", "desktop", "hapticd", "ours: a good desktop device", SimParameters{}},
-      {"falcon", "Falcon", "Novint", "Novint product sheet", falcon()},
+      {"falcon", "Falcon", "Novint", "Novint product sheet", novintFalcon()},
       {"omega3", "omega.3", "Force Dimension", "omega.3 data sheet", omega3()},
       {"omega6", "omega.6", "Force Dimension", "omega.6 data sheet", omega6()},
       {"omega7", "omega.7", "Force Dimension", "omega.7 data sheet", omega7()},

@@ -6,7 +6,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kHalfDiagonal = 0.8660254037844386;  // sqrt(3) / 2
+constexpr double kCellHalfDiagonal = 0.8660254037844386;  // sqrt(3) / 2
 
 /** Eight corner values and the place between them, 0 to 1 on each axis: value and gradient per side. */
 struct Trilinear {
@@ -55,13 +55,13 @@ DistanceSample distanceAt(const VolumeView& volume, const Vec3& x_O) HD_RT {
                     kSide * kSide, t);
     sample.value = got.value * volume.fine_step;
     sample.gradient = got.slope * (volume.fine_step / side);
-    sample.error = kHalfDiagonal * side + volume.fine_step / 2;
+    sample.error = kCellHalfDiagonal * side + volume.fine_step / 2;
   } else {
     const auto got = interpolate(volume.coarse + at[0] + (nx + 1) * (at[1] + (ny + 1) * at[2]), nx + 1,
                                  (nx + 1) * (ny + 1), local / edge);
     sample.value = got.value * volume.coarse_step;
     sample.gradient = got.slope * (volume.coarse_step / (side * edge));
-    sample.error = kHalfDiagonal * side * edge + volume.coarse_step / 2;
+    sample.error = kCellHalfDiagonal * side * edge + volume.coarse_step / 2;
   }
   const Vec3 beyond = (u - inside) * side;
   if (beyond.squaredNorm() > 0) {

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Finds constants, types and functions of unnamed namespaces that two files of one program have: compiled in batches
-(HAPTICD_UNITY, tools/cmake/Settings.cmake) they would clash, and then only in a build of that kind. And constants that a
-class of the same folder has as well: its functions take its own, silently.
+(HAPTICD_UNITY, tools/cmake/Settings.cmake) they would clash, and then only in a build of that kind. So would those that a
+header of the program has. And constants that a class of the same folder has as well: its functions take its own, silently.
 
 Usage: names.py ROOT. Prints each name with the files that have it, and exits 1.
 """
@@ -13,7 +13,7 @@ import sys
 # Programs and what of their folders is compiled otherwise; in tests each folder with files is one.
 PROGRAMS = {"rt": r"_(portable|avx2|avx512)\.cc$", "drivers": r"_(driver|io)\.cc$",
             "daemon": r"/(main|builder|recording)/|/(memfd|builder_protocol|snapshot_memory)\.cc$",
-            "daemon/builder": r"/(volume|vdb)/", "daemon/recording": r"^$", "tools/hapticctl": r"/main\.cc$",
+            "daemon/builder": r"/vdb/", "daemon/recording": r"^$", "libclient": r"^$", "tools/mesh_file": r"^$", "tools/hapticctl": r"/main\.cc$",
             "tools/hapticctl-import": r"/(main|vdb_file|scan_file|dicom_series|nifti_whole)\.cc$", "tools/hapticctl-cut": r"/main\.cc$",
             "tools/haptic-emu": r"/main\.cc$", "tools/haptic-bench": r"/(peers|example)/|/main\.cc$"}
 TEST_RT = tuple(f"tests/unit/{room}" for room in ("base", "scene", "geometry", "render", "guard", "effect", "finger", "cycle"))
@@ -24,6 +24,7 @@ SCOPE = re.compile(r"(?:inline\s+)?namespace\s*([\w:]*)\s*$")
 TYPE = re.compile(r"^(?:struct|class|union|enum(?:\s+class)?)\s+(?:alignas\(\w+\)\s*)?(\w+)")
 CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*(?=[=\[{(,]|$)")
 MEMBER = re.compile(r"^\s+static constexpr [^=;{(]*?\b(k[A-Z]\w*)\b", re.M)
+SHARED = re.compile(r"^inline constexpr [^=;{(]*?\b(k[A-Z]\w*)\b", re.M)
 FUNCTION = re.compile(r"\b([a-z]\w*)\s*\((.*)\)[^()]*$", re.S)
 
 
@@ -73,7 +74,7 @@ def names(path):
             if "{" in words:
                 yield kind.group(1)
         elif re.match(r"(?:inline |static )*(?:constexpr|const)\b[^(]*\bk[A-Z]", words):
-            yield from CONSTANT.findall(words)
+            yield from CONSTANT.findall(re.sub(r"=[^,]*", "=", words))
         elif function := FUNCTION.search(words.split("{")[0].replace("HD_RT", "")):
             yield f"{function.group(1)}({types(function.group(2))})"
 
@@ -94,6 +95,9 @@ def main():
     found = 0
     for program, files in programs.items():
         have = collections.defaultdict(set)
+        for header in sorted((root / program).rglob("*.h")) if program in PROGRAMS else ():
+            for name in SHARED.findall(header.read_text(encoding="utf-8")):
+                have[name].add(header)
         for path in files:
             for name in names(path):
                 have[name].add(path)

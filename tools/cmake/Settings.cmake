@@ -35,7 +35,7 @@ if(HAPTICD_CCACHE)
   endif()
 endif()
 
-# Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for sixteen files.
+# Most of what a file costs is what it instantiates of libraries, the same in each: in batches that is done once for 32 files.
 # A full build takes two thirds of the time or less, one change twice as long. Names in unnamed namespaces must then differ within a target
 # (tests/lint/names.py).
 option(HAPTICD_UNITY "Compile in batches of files" OFF)
@@ -84,7 +84,7 @@ endfunction()
 function(hapticd_unity target)
   cmake_parse_arguments(PARSE_ARGV 1 of "" EXCEPT "")
   if(HAPTICD_UNITY)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 32)
     # An unnamed namespace is not that of a header.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
     if(of_EXCEPT)

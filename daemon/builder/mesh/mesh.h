@@ -56,6 +56,9 @@ struct BuildMonitor {
   std::vector<std::string> notes;
 };
 
+/** What a build ends with that `progress` has asked to stop. */
+[[nodiscard]] inline Error cancelled() { return {ErrorCode::kCancelled, "build", {}, {}}; }
+
 /** Header, sizes and flags. kBadMesh. */
 [[nodiscard]] Result<MeshSource> readUpload(std::span<const std::byte> upload);
 

@@ -14,9 +14,9 @@ namespace {
 std::uint64_t aligned(std::uint64_t bytes) { return (bytes + 63) / 64 * 64; }
 
 /** Lays sections one after the other and then fills them in place. */
-class Layout {
+class SnapshotLayout {
  public:
-  explicit Layout(hd_snapshot_header& header) : header_(header) {}
+  explicit SnapshotLayout(hd_snapshot_header& header) : header_(header) {}
   template <class T>
   void add(hd_snapshot_section section, std::uint64_t count) {
     header_.section[section] = {end_, count * sizeof(T)};
@@ -154,7 +154,7 @@ Result<Memfd> writeSnapshot(const Mesh& mesh, const Bvh& bvh, BuildMonitor& moni
   }
   header.depth = bvh.depth;
   header.max_valence = *widest;
-  Layout layout(header);
+  SnapshotLayout layout(header);
   layout.add<Float3>(HD_SECTION_VERTICES, header.vertex_count);
   layout.add<Index3>(HD_SECTION_TRIANGLES, header.triangle_count);
   layout.add<Index3>(HD_SECTION_NEIGHBOURS, header.triangle_count);

@@ -27,7 +27,7 @@ struct Border {
 };
 
 /** A vertex on an edge. */
-struct Cut {
+struct EdgeVertex {
   double part;  ///< Of the edge, from its beginning.
   std::uint32_t vertex;
 };
@@ -35,7 +35,7 @@ struct Cut {
 /** A border with vertices of other borders on it, in order from its beginning. */
 struct Crossed {
   Border border;
-  std::vector<Cut> on;
+  std::vector<EdgeVertex> on;
   std::size_t from_a = 0, from_b = 0;  ///< How many of them borders lead to, from either end.
 };
 
@@ -59,7 +59,7 @@ class Stitcher {
       if (is_end[v]) numbers.push_back(v);
     tree_ = PointTree(mesh.vertices, numbers);
     for (const Border& border : borders) {
-      std::vector<Cut> on = verticesOn(border);
+      std::vector<EdgeVertex> on = verticesOn(border);
       if (gaveUp()) break;
       if (!on.empty()) crossed_.push_back({border, std::move(on)});
     }
@@ -86,8 +86,8 @@ class Stitcher {
     return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
   }
 
-  std::vector<Cut> verticesOn(const Border& border) {
-    std::vector<Cut> cuts;
+  std::vector<EdgeVertex> verticesOn(const Border& border) {
+    std::vector<EdgeVertex> cuts;
     const std::uint32_t a = ends(border).first, b = ends(border).second;
     const std::uint32_t opposite = mesh_.triangles[border.triangle][(border.edge + 2) % 3];
     const Float3 &p = mesh_.vertices[a], &q = mesh_.vertices[b];
@@ -115,8 +115,9 @@ class Stitcher {
       cuts.push_back({part, v});
       work_ -= kKept;
     });
-    std::sort(cuts.begin(), cuts.end(),
-              [](const Cut& l, const Cut& r) { return l.part != r.part ? l.part < r.part : l.vertex < r.vertex; });
+    std::sort(cuts.begin(), cuts.end(), [](const EdgeVertex& l, const EdgeVertex& r) {
+      return l.part != r.part ? l.part < r.part : l.vertex < r.vertex;
+    });
     return cuts;
   }
 
@@ -129,7 +130,7 @@ class Stitcher {
     std::vector<std::uint32_t> waiting;
     for (std::uint32_t i = 0; i < crossed_.size(); ++i) {
       waiting.push_back(i);
-      for (const Cut& cut : crossed_[i].on) of_vertex.emplace_back(cut.vertex, i);
+      for (const EdgeVertex& cut : crossed_[i].on) of_vertex.emplace_back(cut.vertex, i);
     }
     std::sort(of_vertex.begin(), of_vertex.end());
     const auto add = [&](std::uint32_t from, std::uint32_t to) {
@@ -182,7 +183,7 @@ void dropEmpty(Mesh& mesh) {
 }
 
 /** Fans the triangle out from the corner opposite to the edge: the last triangle has its end. */
-void cut(Mesh& mesh, const Border& border, const std::vector<Cut>& cuts) {
+void cut(Mesh& mesh, const Border& border, const std::vector<EdgeVertex>& cuts) {
   const Index3 v = mesh.triangles[border.triangle];
   const std::uint32_t b = v[(border.edge + 1) % 3], c = v[(border.edge + 2) % 3];
   mesh.triangles[border.triangle] = {v[border.edge], cuts.front().vertex, c};

@@ -22,7 +22,6 @@ namespace {
 Error refused(std::string where, std::string what, std::string remedy) {
   return {ErrorCode::kInvalidArgument, "volume " + std::move(where), std::move(what), std::move(remedy)};
 }
-Error cancelled() { return {ErrorCode::kCancelled, "build", {}, {}}; }
 
 Result<void> checkSource(const VolumeSource& source) {
   const VolumeOptions& o = source.options;
@@ -94,9 +93,9 @@ void flattenOctree(const OctreeKeys& keys, Parts& parts) {
 }
 
 /** Lays sections one after the other; fills them when there is memory. */
-class Layout {
+class VolumeLayout {
  public:
-  explicit Layout(hd_volume_header& header) : header_(header), end_(sizeof header) {}
+  explicit VolumeLayout(hd_volume_header& header) : header_(header), end_(sizeof header) {}
   void add(hd_volume_section section, std::uint64_t bytes) {
     end_ = (end_ + 63) / 64 * 64;
     header_.section[section] = {end_, bytes};
@@ -135,7 +134,7 @@ void fillPoints(VolumeImage& image, const Parts& parts, std::uint64_t padded) {
 VolumeImage assemble(Parts& parts) {
   hd_volume_header& h = parts.header;
   const std::uint64_t padded = (parts.points.size() + HD_POINT_PADDING - 1) / HD_POINT_PADDING * HD_POINT_PADDING;
-  Layout layout(h);
+  VolumeLayout layout(h);
   layout.add(HD_VOLUME_CELLS, parts.field.cells.size() * 4);
   layout.add(HD_VOLUME_COARSE, parts.field.coarse.size() * 2);
   layout.add(HD_VOLUME_BRICKS, parts.field.bricks.size() * 2);

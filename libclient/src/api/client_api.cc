@@ -59,7 +59,7 @@ std::string programName() {
   return name;
 }
 
-haptic_text* text(Reply& memory, capnp::Text::Reader from) {
+haptic_text* toText(Reply& memory, capnp::Text::Reader from) {
   auto* to = memory.make<haptic_text>();
   to->length = from.size();
   to->text = memory.text({from.cStr(), from.size()});
@@ -138,7 +138,7 @@ int haptic_get(haptic_client* c, const char* path, haptic_text** json, haptic_er
         request.setPath(path);
         return request;
       },
-      [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
+      [](auto& results, Reply& memory) { return toText(memory, results.getJson()); });
 }
 
 int haptic_set(haptic_client* c, const char* uri, haptic_text** json, haptic_error* error) {
@@ -150,19 +150,19 @@ int haptic_set(haptic_client* c, const char* uri, haptic_text** json, haptic_err
         request.setUri(uri);
         return request;
       },
-      [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
+      [](auto& results, Reply& memory) { return toText(memory, results.getJson()); });
 }
 
 int haptic_get_configuration(haptic_client* c, haptic_text** toml, haptic_error* error) {
   return client::query(
       c, toml, error, [](Link& link) { return link.daemon.configurationRequest(); },
-      [](auto& results, Reply& memory) { return text(memory, results.getToml()); });
+      [](auto& results, Reply& memory) { return toText(memory, results.getToml()); });
 }
 
 int haptic_get_dump(haptic_client* c, haptic_text** json, haptic_error* error) {
   return client::query(
       c, json, error, [](Link& link) { return link.daemon.dumpRequest(); },
-      [](auto& results, Reply& memory) { return text(memory, results.getJson()); });
+      [](auto& results, Reply& memory) { return toText(memory, results.getJson()); });
 }
 
 int haptic_get_status(haptic_client* c, haptic_status** status, haptic_error* error) {

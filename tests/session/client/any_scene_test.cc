@@ -403,13 +403,11 @@ class SharedWorld {
 
 TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
   int pushes = 0, servos = 0, recordings = 0, inherited = 0;
-  constexpr unsigned kSeeds = 16;
-  const std::vector<unsigned> drawn = seeds(kSeeds);
-  for (const unsigned seed : drawn) {
+  for (const unsigned seed : seeds(16)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SharedWorld world(seed);
     Random pause(seed + 1000);
-    for (int i = 0; i < 300 && !testing::Test::HasFailure(); ++i) {
+    for (int i = 0; i < drawn(300) && !testing::Test::HasFailure(); ++i) {
       world.act();
       if (pause.once(2)) world.step(pause.below(4));
       if (pause.once(10)) world.check();
@@ -420,7 +418,7 @@ TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
     inherited += world.inherited();
     if (testing::Test::HasFailure()) return;
   }
-  if (drawn.size() == kSeeds) {
+  if (drawsAll()) {
     EXPECT_GT(pushes, 100) << "else nothing was tried";
     EXPECT_GT(servos, 20);
     EXPECT_GT(recordings, 10);

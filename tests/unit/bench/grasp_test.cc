@@ -29,7 +29,7 @@ TEST(BenchGrasp, AnUnsteadyFingerIsOffAsMuchAsAsked) {
   double sum = 0, squares = 0;
   const int ticks = 1'000'000;
   for (int i = 0; i < ticks; ++i) {
-    const double off = unrest.at(i * kTick_s);
+    const double off = unrest.at(i * kPeriod_s);
     sum += off;
     squares += off * off;
   }

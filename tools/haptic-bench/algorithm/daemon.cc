@@ -19,7 +19,7 @@ namespace {
 
 using std::chrono::steady_clock;
 
-constexpr const char* kStill = "sim://default?motion=hold&coulomb=20&max_force=200&resolution=0&serial=haptic-bench";
+constexpr const char* kHeld = "sim://default?motion=hold&coulomb=20&max_force=200&resolution=0&serial=haptic-bench";
 
 /** Ctrl-C ends the run in order; after a kill the daemon closes what was opened for this run alone. */
 void checkDaemonInterrupted() { checkInterrupts("daemon", "its device has been closed"); }
@@ -27,7 +27,7 @@ void checkDaemonInterrupted() { checkInterrupts("daemon", "its device has been c
 class Daemon {
  public:
   explicit Daemon(const haptic_algorithm_problem& problem) : client_(connect(problem)) {
-    if (device_.empty()) device_ = opened_.emplace(client_, kStill).uri();
+    if (device_.empty()) device_ = opened_.emplace(client_, kHeld).uri();
     auto mesh =
         must(client_.scene().upload(std::span(&problem.vertices[0][0], std::size_t{problem.vertex_count} * 3),
                                     std::span(&problem.triangles[0][0], std::size_t{problem.triangle_count} * 3)));

@@ -9,9 +9,9 @@
 namespace haptic_bench {
 namespace {
 
-class Nearest {
+class Potential {
  public:
-  explicit Nearest(const haptic_algorithm_problem& problem)
+  explicit Potential(const haptic_algorithm_problem& problem)
       : surface_(modelOf(problem)), stiffness_(problem.stiffness), damping_(problem.damping), radius_(problem.radius) {
     Spec(std::string("nearest:") + problem.options).finish();
   }
@@ -36,6 +36,6 @@ class Nearest {
 }  // namespace
 
 const haptic_algorithm kNearest =
-    nativeAlgorithm<Nearest>("nearest", "potential: exact nearest triangle by brute force");
+    nativeAlgorithm<Potential>("nearest", "potential: exact nearest triangle by brute force");
 
 }  // namespace haptic_bench

@@ -28,13 +28,13 @@ class Sight {
     at_ = (at_ + 1) % seen_.size();
   }
   [[nodiscard]] double rate() const {
-    return (seen_[(at_ + kWindow) % seen_.size()] - seen_[at_]) / (kWindow * kTick_s);
+    return (seen_[(at_ + kWindow) % seen_.size()] - seen_[at_]) / (kWindow * kPeriod_s);
   }
   [[nodiscard]] double expected() const { return seen_[at_] + rate() * kReaction_s; }
 
  private:
   static constexpr std::size_t kWindow = 50;
-  std::array<double, static_cast<std::size_t>(kReaction_s / kTick_s)> seen_;
+  std::array<double, static_cast<std::size_t>(kReaction_s / kPeriod_s)> seen_;
   std::size_t at_ = 0;
 };
 
@@ -50,12 +50,12 @@ void attempt(const Alignment& out, const Hand& hand, Attempt& one) {
     sight.see(rig.turned());
     if (yielded == 0 && std::abs(sight.rate()) > kTurns / 4) yielded = rig.wanted();
     const bool fast = std::abs(sight.rate()) > kTurns;
-    rig.want(fast ? rig.wanted() + kCloses / 10 * kTick_s : rig.wanted() * (1 - kOpens * kTick_s));
+    rig.want(fast ? rig.wanted() + kCloses / 10 * kPeriod_s : rig.wanted() * (1 - kOpens * kPeriod_s));
     rig.tick();
   }
   const double firm = kFirm * std::max(yielded, rig.wanted());
-  for (double rest = 0; !gone() && rest < kStays_s; rest += kTick_s) {
-    rig.want(std::min(firm, rig.wanted() + kCloses * kTick_s));
+  for (double rest = 0; !gone() && rest < kStays_s; rest += kPeriod_s) {
+    rig.want(std::min(firm, rig.wanted() + kCloses * kPeriod_s));
     rig.tick();
   }
   one.lost = gone();

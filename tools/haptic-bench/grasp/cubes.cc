@@ -38,7 +38,7 @@ Fall letFall(const Block& block, const Hand& hand) {
   Fall fall{0, rig.grip()};
   while (rig.slid() < kSeen && rig.held()) {
     if (rig.slid() < kSlides / 5) fall.force = rig.grip();
-    rig.want(rig.wanted() * (1 - kLoosens * kTick_s));
+    rig.want(rig.wanted() * (1 - kLoosens * kPeriod_s));
     rig.tick();
   }
   fall.depth = rig.wanted() * (1 - kLoosens * kReaction_s);
@@ -51,11 +51,11 @@ double hold(const Block& block, const Hand& hand, double depth) {
   if (depth > rig.depthFor(kMost)) throw Failure("grasp", "a cube is not held by 12 N", "a steadier hand: --unsteady");
   rig.grasp(firm(block));
   while (rig.wanted() > depth) {
-    rig.want(std::max(depth, rig.wanted() * (1 - kLoosens * kTick_s)));
+    rig.want(std::max(depth, rig.wanted() * (1 - kLoosens * kPeriod_s)));
     rig.tick();
     if (rig.slid() > kSlides) return 0;
   }
-  const int ticks = static_cast<int>(kHold_s / kTick_s);
+  const int ticks = static_cast<int>(kHold_s / kPeriod_s);
   double sum = 0;
   for (int i = 0; i < ticks; ++i) {
     rig.tick();

@@ -69,7 +69,7 @@ Release letGo(bool coupled, double arm, double lever, const Watch& watch) {
     once(out.slid_30, angle > std::numbers::pi / 6, slid);
     once(out.turned_5, slid > 5e-3, angle);
     if (slid > kEnough_m || angle > kEnough_rad) break;
-    rig.want(rig.wanted() * (1 - kLetsGo * kTick_s));
+    rig.want(rig.wanted() * (1 - kLetsGo * kPeriod_s));
     rig.tick();
   }
   return out;

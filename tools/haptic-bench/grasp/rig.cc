@@ -28,12 +28,12 @@ CycleConfig configOf(const DeviceInfo& info) {
   LimitsConfig limits;
   limits.force_n = info.max_force;  // Blocks of 0.4 kg on slippery faces ask for it.
   CycleConfig config;
-  config.period_ns = std::llround(kTick_s * 1e9);
+  config.period_ns = std::llround(kPeriod_s * 1e9);
   config.device_count = 2;
   GuardConfig guard;
   guard.limits = startLimits(limits, info);
   guard.ramp_ns = config.period_ns;
-  guard.delay = info.latency_s / kTick_s;
+  guard.delay = info.latency_s / kPeriod_s;
   if (info.max_damping > 0) guard.max_damping = info.max_damping;
   config.guard.fill(guard);
   return config;

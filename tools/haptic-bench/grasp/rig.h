@@ -17,7 +17,7 @@ namespace haptic_bench::grasp {
 
 using hapticd::Vec3;
 
-inline constexpr double kTick_s = 1e-3;
+inline constexpr double kPeriod_s = 1e-3;
 inline constexpr double kReaction_s = 0.2;  ///< From what is seen to what the fingers do.
 inline constexpr double kGravity = 9.81;    ///< [m/s^2]
 

@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <memory>
+#include <optional>
 
+#include "rt/collide/feature.h"
 #include "rt/collide/overlap.h"
+#include "rt/collide/scene_contacts.h"
 #include "tests/support/for_seeds.h"
 #include "tests/support/random.h"
 #include "tests/support/shape/overlap.h"
@@ -87,6 +91,60 @@ TEST(OverlapProperty, OfAMeshWithoutRoomForWorkNothingIsFound) {
   std::uint32_t work = 0;
   EXPECT_TRUE(findWithin(pair.solid(0), pair.solid(1), kMeshWork, work));
   EXPECT_FALSE(findWithin(pair.solid(0), pair.solid(1), work, work));
+}
+
+/** Two bodies, and what each is told of the other. */
+class TwoThatAsk {
+ public:
+  /** The way out that one of them is told, back into the world; none: it is told points alone. */
+  std::optional<Touch> wayOut(const NearPair& pair, std::size_t asks) {
+    const std::size_t other = 1 - asks;
+    CollideRequest::Held held;
+    held.object = makeObjectId(kFirstSlot + static_cast<std::uint32_t>(asks), 1);
+    held.shape = pair.shape[asks];
+    held.shape.number = ++number_;
+    held.X_WO = pair.X[asks];
+    held.put = true;
+    held.count = 1;
+    held.obstacle[0] = {kFirstSlot + static_cast<std::uint32_t>(other), pair.shape[other], pair.X[other], {}};
+    ContactModel model;
+    DetectorReport report;
+    contacts_->find(held, 0.003, {400'000, 0, nullptr}, model, report);
+    for (std::uint32_t i = 0; i < model.count; ++i) {
+      if (model.point[i].feature() == kWayOut) return model.touch(i, held.X_WO, held.X_WO.p, pair.X[other], {});
+    }
+    return {};
+  }
+
+ private:
+  static constexpr std::uint32_t kFirstSlot = 20;
+  std::uint64_t number_ = 0;
+  std::unique_ptr<SceneContacts> contacts_ = std::make_unique<SceneContacts>(1);
+};
+
+/** Whichever way is as short as another, as in one place or along a diagonal: each would else go the same way. */
+TEST(OverlapProperty, TwoInEachOtherAreToldOppositeWays) {
+  TwoThatAsk bodies;
+  int told = 0;
+  forSeeds(200, [&](unsigned seed) {
+    Random random(seed);
+    NearPair pair(random);
+    if (!random.once(3)) {
+      pair.shape[1].kind = pair.shape[0].kind;
+      pair.shape[1].size = pair.shape[0].size;
+      pair.shape[1].mesh = pair.shape[0].mesh;
+      pair.X[1].p = pair.X[0].p;
+      if (random.once(2)) pair.X[1] = pair.X[0];
+    }
+    const std::optional<Touch> first = bodies.wayOut(pair, 0), second = bodies.wayOut(pair, 1);
+    ASSERT_EQ(first.has_value(), second.has_value());
+    if (!first) return;
+    ++told;
+    EXPECT_LT((first->n + second->n).norm(), 1e-5) << "the planes are of floats";
+    EXPECT_NEAR(first->gap, second->gap, 1e-6);
+    EXPECT_LT(first->gap, -1e-4);
+  });
+  EXPECT_GT(told, drawn(200) / 2);
 }
 
 }  // namespace

@@ -83,6 +83,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->age = kStale;  // it stands until it is known what it touches
     entry->held = entry->ours = entry->stands = false;
     leadAnew(*entry);
+    entry->jumped = 0;
     entry->put = std::max(0.0, kAnswerTime - scene.sinceArrival(objectSlot(order.object)));
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
@@ -123,7 +124,7 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
   body.setTwist({vec3(pose.v) + w.cross(body.com() - X.p), w});
   if (elsewhere) {
     entry->model.count = 0;
-    entry->put = kAnswerTime;
+    entry->put = entry->jumped = kAnswerTime;
   }
   if (elsewhere || !by_control) leadAnew(*entry);
   entry->body.wake();
@@ -133,6 +134,7 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
 
 void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT {
   joint_.begin(dt, gravity_);
+  now_ += dt;
   of_slot_ = none();
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     Entry& entry = entry_[k];
@@ -146,6 +148,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
     }
     entry.age += dt;
     entry.put = std::max(0.0, entry.put - dt);
+    entry.jumped = std::max(0.0, entry.jumped - dt);
     const bool was_held = entry.held;
     entry.held = std::find(held.begin(), held.end(), entry.object) != held.end();
     if (entry.held) continue;
@@ -166,6 +169,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
     if (const std::uint32_t parent = scene.slot(slot).parent; parent != 0) of_slot_[slot] = of_slot_[parent];
     scene.setLoose(slot, of_slot_[slot] != kNone);
   }
+  noteJumps(scene, dt);
 }
 
 Pose FreeBodies::poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
@@ -221,8 +225,9 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
     rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), Vec3::Zero(), touch);
     touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
   } else {
-    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, object.V_WO);
-    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), object.V_WO.w, touch);
+    const Twist V = hasJumped(slot) ? Twist{} : object.V_WO;
+    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, V);
+    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), V.w, touch);
   }
   // Two coefficients make one: the geometric mean is common.
   touch.friction = std::sqrt(self.material.friction_static * object.material.friction_static);
@@ -231,8 +236,28 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   return touch;
 }
 
-bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
-  return isFelt(scene.slot(slot)) && (find(slot) == kNone || isFelt(scene.slot(objectSlot(entry_[k].object))));
+bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT {
+  const std::uint32_t slot = entry_[k].model.point[i].body();
+  if (!isFelt(scene.slot(slot))) return false;
+  if (find(slot) != kNone && !isFelt(scene.slot(objectSlot(entry_[k].object)))) return false;
+  return !(hasJumped(slot) || entry_[k].jumped > 0) || touchOf(scene, k, i).gap > -kTouching;
+}
+
+/**
+ * Of what jumps while a body touches it, or takes the slot of what is gone, that body's contacts lie wherever its frame
+ * now puts them; an answer of before may still come. Until one has seen it there they hold where they still fit, and
+ * push nothing.
+ */
+void FreeBodies::noteJumps(const Scene& scene, double dt) HD_RT {
+  for (const Entry& entry : entry_) {
+    for (std::uint32_t i = 0; i < entry.model.count && entry.object != 0; ++i) {
+      const std::uint32_t slot = entry.model.point[i].body();
+      const std::uint8_t other = find(slot);
+      double since = scene.sinceArrival(slot);
+      if (other != kNone) since = wasPut(other) ? kAnswerTime - entry_[other].put - dt : entry.age;
+      if (since + 0.5 * dt < entry.age) unknown_until_[slot] = now_ + kAnswerTime;
+    }
+  }
 }
 
 /**
@@ -245,7 +270,7 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   double grip = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
-    if (!meets(scene, k, slot)) continue;
+    if (!meets(scene, k, i)) continue;
     const Touch touch = touchOf(scene, k, i);
     lies = lies || touch.gap < kSupport;
     if (touch.gap > kTouching) continue;
@@ -271,7 +296,7 @@ bool FreeBodies::holds(const Scene& scene, std::uint8_t k, std::uint32_t i) cons
   const Entry& entry = entry_[k];
   const ContactModel& model = entry.model;
   const std::uint32_t slot = model.point[i].body();
-  if (!meets(scene, k, slot)) return false;
+  if (!meets(scene, k, i)) return false;
   const auto isMesh = [&](std::uint32_t s) HD_RT { return scene.slot(s).shape.kind == ShapeKind::kMesh; };
   if (model.point[i].feature() != kWayOut || !(isMesh(slot) || isMesh(objectSlot(entry.object)))) return true;
   for (std::uint32_t j = 0; j < model.count; ++j) {

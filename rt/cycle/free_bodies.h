@@ -96,6 +96,7 @@ class FreeBodies {
     Twist before;             ///< As the tick began.
     double age = 0;           ///< Of the contacts [s].
     double put = 0;           ///< It was put elsewhere: so long until an answer tells of it there [s].
+    double jumped = 0;        ///< As put, of one that was there before.
     double leading = 0;       ///< So long it may still be led out of what it was put into, by its own turns [s].
     Vec3 way = Vec3::Zero();  ///< The way; zero: it has not begun.
     double grip = 0;          ///< The least friction that held it when it was last awake.
@@ -107,8 +108,12 @@ class FreeBodies {
   };
   Entry* lookUp(std::uint32_t object) HD_RT;
   std::uint8_t moverOf(std::uint8_t k) HD_RT;
-  /** Whether body k touches what is in that slot; of two bodies neither does if one is not felt. */
-  [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
+  /** Whether body k touches what contact i is of; of two bodies neither does if one is not felt. */
+  [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
+  /** Notes what has come to stand where some body knows contacts from before. */
+  void noteJumps(const Scene& scene, double dt) HD_RT;
+  /** Whether contacts with what is in that slot may be of where it was, or of what was there. */
+  [[nodiscard]] bool hasJumped(std::uint32_t slot) const HD_RT { return now_ < unknown_until_[slot]; }
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
   // Out of what it was put into (lead_out.cc).
@@ -144,6 +149,8 @@ class FreeBodies {
 
   std::array<Entry, kMaxBodies> entry_;
   std::array<std::uint8_t, kMaxObjects> of_slot_ = none();
+  double now_ = 0;                                   ///< Sum of all ticks [s].
+  std::array<double, kMaxObjects> unknown_until_{};  ///< By slot, on that clock: see hasJumped().
   Vec3 gravity_ = Vec3::Zero();
   std::uint8_t next_look_ = 0;  ///< Whose turn it is.
   std::uint32_t looks_ = 0;

@@ -64,7 +64,7 @@ TEST(OverlapProperty, TheWayPartsThemAndIsNearlyTheLeast) {
 
 TEST(OverlapProperty, APointWithinBothIsFoundWhereTheyAreInEachOther) {
   int deep = 0, apart = 0;
-  forSeeds(600, [&](unsigned seed) {
+  forSeeds({1265, 2407, 34111, 41006, 97781}, 600, [&](unsigned seed) {
     Random random(seed);
     const NearPair pair(random);
     const double overlap = pair.overlap();

@@ -99,6 +99,7 @@ class FreeBodies {
     double jumped = 0;        ///< As put, of one that was there before.
     double leading = 0;       ///< So long it may still be led out of what it was put into, by its own turns [s].
     Vec3 way = Vec3::Zero();  ///< The way; zero: it has not begun.
+    bool led = false;         ///< In its last turn.
     double grip = 0;          ///< The least friction that held it when it was last awake.
     bool held = false;        ///< In a hand.
     bool ours = false;        ///< Pushed here last: control is told where it goes.
@@ -133,7 +134,10 @@ class FreeBodies {
   enum class Way : std::uint8_t { kNone, kBarred, kWaits, kOut };
   static void leadAnew(Entry& entry) HD_RT;
   void findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT;
-  [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out) HD_RT;
+  /** `of`: the slot of what it leads out of. */
+  [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out,
+                                      std::uint32_t& of) HD_RT;
+  [[nodiscard]] bool goesAhead(std::uint8_t other, std::uint8_t k, const Vec3& n) const HD_RT;
   void leadAllOut(const Scene& scene, double dt) HD_RT;
   /** Whether it may be led now. */
   [[nodiscard]] static bool mayLead(const Scene& scene, Entry& entry) HD_RT;

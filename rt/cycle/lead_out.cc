@@ -21,6 +21,7 @@ constexpr double kAgainst = 0.3;     ///< Of a way: it goes so much against what
 void FreeBodies::leadAnew(Entry& entry) HD_RT {
   entry.leading = kLeadOut;
   entry.way.setZero();
+  entry.led = false;
 }
 
 /** What body k touches as it knows itself, and what other bodies know of it: either finds the other. */
@@ -66,7 +67,8 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
  * is known to be in there is below that plane; where all of both is known, by that alone, and of a mesh's box as `most`
  * says. Of several things the one that takes the longest, and once it goes one way none that leads back.
  */
-FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out) HD_RT {
+FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out,
+                                       std::uint32_t& of) HD_RT {
   const bool begun = !entry.way.isZero(0);
   // Load presses bodies into each other, too, in the first ticks of a pile.
   const auto overlaps = [&](std::uint32_t i) HD_RT {
@@ -116,6 +118,7 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   }
   if (chosen == near.count) return Way::kNone;
   out = near.touch[chosen];
+  of = near.slot[chosen];
   Way way = begun && out.n.dot(entry.way) < -kOnward ? Way::kBarred : Way::kOut;
   // Of two that are led, both may come nearer in a tick.
   const double next = kTouching + 2 * dt * Tool::kRecoverSpeed;
@@ -133,6 +136,12 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   return way;
 }
 
+/** Of two that were led the same way both would go on so, in each other: the one in the lower slot goes. */
+bool FreeBodies::goesAhead(std::uint8_t other, std::uint8_t k, const Vec3& n) const HD_RT {
+  if (other == kNone || !(objectSlot(entry_[other].object) < objectSlot(entry_[k].object))) return false;
+  return entry_[other].led && entry_[other].way.dot(n) > kOnward;
+}
+
 /**
  * Nothing that happens to a body gives the energy to lift it out of what it was put into, or what came to be about
  * it. Whoever did that is taken to go on until it is out: the least way, as slowly as tools leave an overlap, and with
@@ -145,10 +154,14 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   Near near;
   findNear(scene, k, near);
   Touch overlap;
-  Way way = findWayOut(entry, near, dt, Knows::kWhole, overlap);
+  std::uint32_t of = 0;
+  Way way = findWayOut(entry, near, dt, Knows::kWhole, overlap, of);
   const auto known_to = near.knows.begin() + near.count;
   const bool box = std::find(near.knows.begin(), known_to, Knows::kBox) != known_to;
-  if ((way == Way::kNone || way == Way::kBarred) && box) way = findWayOut(entry, near, dt, Knows::kBox, overlap);
+  if ((way == Way::kNone || way == Way::kBarred) && box) way = findWayOut(entry, near, dt, Knows::kBox, overlap, of);
+  if (way == Way::kBarred && box) entry.way.setZero();
+  if (way == Way::kOut && goesAhead(find(of), k, overlap.n)) way = Way::kWaits;
+  entry.led = way == Way::kOut && !entry.pushed;
   if (way == Way::kNone) {
     entry.leading = 0;
     entry.way.setZero();
@@ -181,7 +194,11 @@ void FreeBodies::leadAllOut(const Scene& scene, double dt) HD_RT {
   for (std::uint8_t i = 0; i < kMaxBodies; ++i) {
     const auto k = static_cast<std::uint8_t>((first + i) % kMaxBodies);
     Entry& entry = entry_[k];
-    if (entry.object == 0 || entry.held || !mayLead(scene, entry) || looks_ == kMostLooks) continue;
+    if (entry.object == 0 || entry.held || !mayLead(scene, entry)) {
+      entry.led = false;
+      continue;
+    }
+    if (looks_ == kMostLooks) continue;
     ++looks_;
     leadOut(scene, k, dt);
     next_look_ = static_cast<std::uint8_t>((k + 1) % kMaxBodies);

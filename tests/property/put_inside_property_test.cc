@@ -106,8 +106,8 @@ TEST(PutInsideProperty, WhateverIsMadeInEachOtherComesApart) {
                                   ShapeKind::kMesh};
   enum Family : std::uint8_t { kSamePlace, kAlike, kPlates, kAny };
   constexpr int kTicks = 1500;
-  unsigned inside = 0, stayed = 0;
-  forSeeds(50, [&](unsigned seed) {
+  unsigned inside = 0;
+  forSeeds({122, 239}, 50, [&](unsigned seed) {
     PutTogether scene(seed);
     Random& random = scene.random;
     const auto family = static_cast<Family>(random.below(4));
@@ -143,17 +143,9 @@ TEST(PutInsideProperty, WhateverIsMadeInEachOtherComesApart) {
         ASSERT_LT(scene.body(k).twist().v.norm(), 1e-6) << "tick " << i;
       }
     }
-    // A capsule and a mesh may stay: 2 of 300 of these pairs.
-    const bool odd = (first.kind == ShapeKind::kMesh && second.kind == ShapeKind::kCapsule) ||
-                     (first.kind == ShapeKind::kCapsule && second.kind == ShapeKind::kMesh);
-    if (odd) {
-      stayed += overlap() > 3e-4 ? 1 : 0;
-      return;
-    }
     EXPECT_LT(overlap(), 3e-4) << static_cast<int>(first.kind) << " and " << static_cast<int>(second.kind)
                                << ", family " << static_cast<int>(family) << ", they were " << deep << " in each other";
   });
-  EXPECT_LE(stayed, 2);
   EXPECT_GT(inside, drawn(50) * 7 / 10);
 }
 

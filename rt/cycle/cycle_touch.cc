@@ -158,9 +158,8 @@ FingerForces Cycle::touchSoftly(std::uint32_t d, DeviceOutput& out) HD_RT {
   if (SoftFinger& finger = devices_[d].finger; finger.soft()) {
     pad = finger.settle(scene_, out.contact, motion, period());
   } else {
-    const PadForce viscous = padForce(out.contact, motion, out.contact.damping_gain, period());
-    pad.force = viscous.force;
-    pad.damping = viscous.damping;
+    // It is made by no more than that gain, which counts already.
+    pad.force = padForce(out.contact, motion, out.contact.damping_gain, period()).force;
   }
   out.contact.force += pad.force;
   out.contact.apart += pad.force.cwiseProduct(out.contact.at_hip - out.contact.velocity);

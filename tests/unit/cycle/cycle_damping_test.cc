@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "tests/support/stepped/attach_tool.h"
+#include "tests/support/stepped/mount_at.h"
 #include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/test_effect.h"
 
@@ -89,6 +90,58 @@ TEST(CycleDamping, DragsAreCountedToo) {
       EXPECT_NEAR(most.by_bath / can, by_bath, 1e-9) << of_wall << ", " << bath;
       EXPECT_NEAR(most.by_guard / alone, std::clamp(1.5 - of_wall - by_bath, 0.0, 1.0), 1e-9)
           << of_wall << ", " << bath;
+    }
+  }
+}
+
+/** By what a soft finger damps that sticks to a heavy body, and a bath about it [N s/m]. */
+struct PadAndBath {
+  double pad = 0, bath = 0;
+};
+
+/** In a world so many times as large. */
+PadAndBath damps(double pad_damping, double device_can, double scale) {
+  CycleConfig config = test::openConfig(100);
+  config.guard[0].max_damping = device_can;
+  test::SteppedCycle hand(config);
+  const std::uint32_t body = makeObjectId(1, 1);
+  hand.put(CommandKind::kSetMount, test::mountAt({}, 0, scale));
+  hand.add(
+      test::solid(body, ShapeKind::kBox, {1000, 0, 5, 5}, {{0, 0, -0.05}, Quat::Identity()}, Vec3::Constant(0.05)));
+  hand.put(CommandKind::kSetBody, SetBody{body, 0, 100, {}, {100, 100, 100, 0, 0, 0}, 0});
+  addBath(hand, 1000);
+  SetFinger finger{};
+  finger.law = static_cast<std::uint32_t>(PadLaw::kLinear);
+  finger.radius = finger.arm = 5e-3;
+  finger.stiffness = 0.1;
+  finger.damping = pad_damping;
+  hand.put(CommandKind::kSetFinger, finger);
+  PadAndBath seen;
+  for (int i = 0; i < 100; ++i) {
+    ToolContacts none{};  // It touches nothing else, which it is to be told.
+    none.device = kMaxDevices;
+    none.object = body;
+    hand.put(CommandKind::kToolContacts, none);
+    const DeviceOutput& out = hand.at(Vec3(0, 2e-5 * i, i == 0 ? 0.001 : -0.005) / scale);
+    const SurfaceContact& c = out.contact;
+    if (i < 50) continue;
+    EXPECT_FALSE(c.slip);
+    const Vec3 pad = c.force - c.stiffness * c.pull - c.damping * c.normal;
+    seen.pad = pad.y() / (c.at_hip - out.velocity.v).y();
+    seen.bath = -out.guard.by_source[HD_SOURCE_EFFECT].y() / out.velocity.v.y();
+  }
+  return seen;
+}
+
+// A finger damps by what the device bears in that world, and drags have what it leaves.
+TEST(CycleDamping, AFingersPadIsCountedToo) {
+  const double device_can = 4;
+  for (const double scale : {1.0, 2.0}) {
+    const double can = device_can / scale;
+    for (const double of_pad : {0.0, 0.25, 0.75, 1.0, 1.4, 3.0, 20.0}) {  // Of what it can.
+      const PadAndBath seen = damps(of_pad * can, device_can, scale);
+      EXPECT_NEAR(seen.pad / can, std::min(of_pad, 1.5), 1e-5) << of_pad << ", " << scale;
+      EXPECT_NEAR(seen.bath / can, std::clamp(1.5 - of_pad, 0.0, 1.0), 1e-9) << of_pad << ", " << scale;
     }
   }
 }

@@ -76,14 +76,14 @@ class CycleTouchOfBodies : public ::testing::Test, protected test::SteppedCycle 
   static constexpr double kMass[] = {5, 8};
 
   CycleTouchOfBodies() : SteppedCycle(test::openConfig(10)) {}
-  /** Of so much of their mass. */
-  void build(const hd_material& material, double share = 1) {
+  /** Of so much of their mass, and the floor's so far aside. */
+  void build(const hd_material& material, double share = 1, double aside = 0) {
     for (const std::uint32_t id : {kOne, kOther}) {  // Below z = 0, and before x = 0.
       const Vec3 place = id == kOne ? Vec3(0, 0, -0.05) : Vec3(0.05, 0, 0);
       add(test::solid(id, ShapeKind::kBox, material, {place, Quat::Identity()}, Vec3::Constant(0.05)));
-      const double inertia = share * 0.01;
-      put(CommandKind::kSetBody,
-          SetBody{id, 0, share * kMass[objectSlot(id) - 1], {}, {inertia, inertia, inertia, 0, 0, 0}, 0});
+      const double inertia = share * 0.01, mass = share * kMass[objectSlot(id) - 1];
+      const double com = id == kOne ? aside : 0;
+      put(CommandKind::kSetBody, SetBody{id, 0, mass, {com}, {inertia, inertia, inertia, 0, 0, 0}, 0});
     }
     at({-0.003, 0, 0.003});
     arm();
@@ -155,11 +155,12 @@ TEST_F(CycleTouchOfBodies, BetweenTwoLightOnesGetWhatTheSpringsHold) {
 }
 
 /** What sticks to one is as viscous across as the material is, but stops it within a tick at the most where it is
- * touched, which turns it too. */
+ * touched, which turns it too; and it carries a hand that is not where it is touched by its turning. */
 TEST_F(CycleTouchOfBodies, WhatSticksToALightOneStopsItAndNoMore) {
   constexpr double kLight = 1e-3;
-  build({800, 5, 5, 5}, kLight);
+  build({800, 5, 5, 5}, kLight, -0.01);
   int seen = 0;
+  double carried = 0;
   for (int i = 0; i < 30; ++i) {
     go({-0.03, 2e-5 * i, -5e-5 * i});
     const DeviceOutput& out = output->device[0];
@@ -175,8 +176,28 @@ TEST_F(CycleTouchOfBodies, WhatSticksToALightOneStopsItAndNoMore) {
     const Vec3 viscous = c.force - c.stiffness * c.pull - c.damping * c.normal;
     EXPECT_LT((viscous - b * across).norm(), 1e-2 * b * across.norm()) << i;
     seen += across.norm() > 5e-3;
+    const Vec3 by_turning = c.at_hip - c.velocity;
+    EXPECT_LT((c.apart - c.force.cwiseProduct(by_turning)).norm(), 1e-12) << i;
+    carried = std::max(carried, viscous.cwiseProduct(by_turning).norm());
   }
   EXPECT_GE(seen, 3);
+  EXPECT_GT(carried, 1e-7);
+}
+
+/** Springs and friction alone: on a body that stands, since nobody tells what it touches. */
+TEST_F(CycleTouchOfBodies, WhatNothingMovesIsNotViscousAcross) {
+  build({800, 5, 5, 5}, 1e-3);
+  const int told = static_cast<int>(1.5 * FreeBodies::kStale / 1e-3);
+  for (int i = 0; i < told; ++i) at({-0.03, 0, 0.003});
+  double seen = 0;
+  for (int i = 0; i < 30; ++i) {
+    const SurfaceContact& c = at({-0.03, 2e-5 * i, -5e-5 * i}).contact;
+    if (c.object != kOne || c.slip) continue;
+    EXPECT_LT((c.force - c.stiffness * c.pull - c.damping * c.normal).norm(), 1e-12) << i;
+    seen = std::max(seen, c.force.y());
+  }
+  EXPECT_LT(speed(kOne).norm(), 1e-12);
+  EXPECT_LT(seen, 0.5);
 }
 
 }  // namespace

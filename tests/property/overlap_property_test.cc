@@ -46,8 +46,8 @@ struct NearPair {
 };
 
 TEST(OverlapProperty, TheWayPartsThemAndIsNearlyTheLeast) {
-  int longer = 0, looked = 0;
-  forSeeds(300, [&](unsigned seed) {
+  int longer = 0, little_longer = 0, looked = 0;
+  forSeeds(800, [&](unsigned seed) {
     Random random(seed);
     const NearPair pair(random);
     const double least = pair.overlap();
@@ -55,11 +55,60 @@ TEST(OverlapProperty, TheWayPartsThemAndIsNearlyTheLeast) {
     EXPECT_NEAR(parting.n.norm(), 1, 1e-9);
     ++looked;
     longer += parting.way > 1.1 * std::abs(least) + 1e-4;
+    little_longer += least > 1e-4 && parting.way > 1.01 * least;
+    const auto isFlat = [](const Shape& s) { return s.kind == ShapeKind::kBox || s.kind == ShapeKind::kMesh; };
+    if (least > 0 && isFlat(pair.shape[0]) && isFlat(pair.shape[1])) {
+      EXPECT_LT(parting.way, least + 1e-7) << "of two boxes it is the least";
+    }
     const double way = test::overlapAlong(parting.n, pair.shape[0], pair.X[0], pair.shape[1], pair.X[1]);
     EXPECT_NEAR(parting.way, way, 1e-7) << "meshes are of floats";
     EXPECT_NEAR(parting.first + parting.second - parting.n.dot(pair.X[1].p - pair.X[0].p), way, 1e-7);
   });
   EXPECT_LE(longer, looked / 20);
+  EXPECT_LE(little_longer, looked / 9);
+}
+
+TEST(OverlapProperty, BallsPartAlongTheirMiddlesAndThroughTheNearestFace) {
+  forSeeds(100, [](unsigned seed) {
+    Random random(seed);
+    const double r = random.in(0.004, 0.02), other = random.in(0.004, 0.02);
+    const Shape ball{ShapeKind::kSphere, {r, 0, 0}}, second{ShapeKind::kSphere, {other, 0, 0}};
+    const Pose X = random.pose(0.1);
+    const Vec3 to = random.vector(0.01);
+    const Parting balls = leastParting({ball, X}, {second, {X.p + to, random.turn()}});
+    EXPECT_NEAR(balls.way, r + other - to.norm(), 1e-12);
+    EXPECT_LT((balls.n - to.normalized()).norm(), 1e-9);
+    EXPECT_EQ(balls.first, r);
+    EXPECT_EQ(balls.second, other);
+    EXPECT_NEAR(leastParting({ball, X}, {second, X}).way, r + other, 1e-12) << "of one middle, any way";
+
+    const Vec3 half(random.in(0.02, 0.04), random.in(0.02, 0.04), random.in(0.02, 0.04));
+    const Vec3 at(random.vector(1).cwiseProduct(half));
+    int face = 0;
+    const double deep = (half - at.cwiseAbs()).minCoeff(&face);
+    const Shape box{ShapeKind::kBox, half};
+    const Parting out = leastParting({box, X}, {ball, {X * at, random.turn()}});
+    EXPECT_NEAR(out.way, deep + r, 1e-8);
+    EXPECT_NEAR((X.q.conjugate() * out.n)[face], std::copysign(1, at[face]), 1e-6);
+  });
+}
+
+/** As flat a mesh as a box; it is that box wherever it has its origin. */
+TEST(OverlapProperty, AMeshIsTheBoxAboutIt) {
+  forSeeds(100, [](unsigned seed) {
+    Random random(seed);
+    const NearPair pair(random);
+    const Vec3 half(random.in(0.004, 0.02), random.in(0.004, 0.02), random.in(0.004, 0.02)), off = random.vector(0.05);
+    test::TestMesh made = test::boxMesh(half, off);
+    const Shape box{ShapeKind::kBox, half};
+    Shape mesh{ShapeKind::kMesh, Vec3::Zero()};
+    mesh.mesh = made.view();
+    const Pose& X = pair.X[0];
+    const Solid aside{mesh, X * Pose{-off, Quat::Identity()}};
+    EXPECT_LT((middleOf(aside) - X.p).norm(), 1e-8);
+    const Parting one = leastParting({box, X}, pair.solid(1)), same = leastParting(aside, pair.solid(1));
+    EXPECT_NEAR(one.way, same.way, 1e-7);
+  });
 }
 
 TEST(OverlapProperty, APointWithinBothIsFoundWhereTheyAreInEachOther) {
@@ -86,11 +135,20 @@ TEST(OverlapProperty, APointWithinBothIsFoundWhereTheyAreInEachOther) {
 TEST(OverlapProperty, OfAMeshWithoutRoomForWorkNothingIsFound) {
   Random random(1);
   NearPair pair(random);
-  pair.shape[0].kind = ShapeKind::kMesh;
-  pair.X[1] = pair.X[0];
-  std::uint32_t work = 0;
-  EXPECT_TRUE(findWithin(pair.solid(0), pair.solid(1), kMeshWork, work));
-  EXPECT_FALSE(findWithin(pair.solid(0), pair.solid(1), work, work));
+  pair.shape[0].kind = pair.shape[1].kind = ShapeKind::kMesh;
+  pair.X[1].p = pair.X[0].p + Vec3(0.001, 0.002, 0.003);
+  std::uint32_t needed = 0;
+  EXPECT_TRUE(findWithin(pair.solid(0), pair.solid(1), kMeshWork, needed));
+  ASSERT_GT(needed, 1u);
+  constexpr std::uint32_t kDone = 10, kOver = 16;  // Before, and what one look may go beyond it.
+  for (std::uint32_t limit = 0; 2 * limit < needed; ++limit) {
+    std::uint32_t work = kDone;
+    EXPECT_FALSE(findWithin(pair.solid(0), pair.solid(1), limit + kDone, work)) << limit;
+    EXPECT_LT(work, limit + kDone + kOver);
+  }
+  std::uint32_t work = kDone;
+  EXPECT_TRUE(findWithin(pair.solid(0), pair.solid(1), needed + kDone, work));
+  EXPECT_EQ(work, needed + kDone);
 }
 
 /** Two bodies, and what each is told of the other. */

@@ -35,13 +35,14 @@ Touch touchOf(const Vec3& n, double speed, std::uint64_t key) {
 }
 
 /** Squeezes the ball out of a wedge of that angle, whose one side closes at that speed, in one tick. */
-FreeBody squeezedOut(double angle, double speed, const Vec3& gravity = Vec3::Zero()) {
+FreeBody squeezedOut(double angle, double speed, const Vec3& gravity = Vec3::Zero(), bool press_first = false) {
   FreeBody ball = ballAtRest();
   auto joint = std::make_unique<JointStep>();
   joint->begin(kSqueezeDt, gravity);
   const std::uint8_t k = joint->add(ball);
-  EXPECT_TRUE(joint->add(touchOf(Vec3::UnitZ(), 0, 1), k, JointStep::kFixed));
-  EXPECT_TRUE(joint->add(touchOf({std::sin(angle), 0, -std::cos(angle)}, speed, 2), k, JointStep::kFixed));
+  const Touch wall = touchOf(Vec3::UnitZ(), 0, 1), press = touchOf({std::sin(angle), 0, -std::cos(angle)}, speed, 2);
+  EXPECT_TRUE(joint->add(press_first ? press : wall, k, JointStep::kFixed));
+  EXPECT_TRUE(joint->add(press_first ? wall : press, k, JointStep::kFixed));
   joint->solve();
   return ball;
 }
@@ -66,7 +67,7 @@ TEST(JointBooks, WhatIsSqueezedOutGoesAlongTheOtherSide) {
 TEST(JointBooks, OutOfANarrowWedgeItGoesAtMostFourTimesAsFast) {
   for (const double speed : {0.01, 0.1, 1.0}) {
     for (const double fall : {0.0, 100 * speed}) {
-      const FreeBody ball = squeezedOut(radians(9), speed, {0, 0, -fall});
+      const FreeBody ball = squeezedOut(radians(9), speed, {0, 0, -fall}, fall > 0);
       const double most = 4 * speed,
                    energy = 0.5 * kSqueezedMass * most * most + kSqueezedMass * fall * most * kSqueezeDt;
       EXPECT_NEAR(ball.body.kineticEnergy(), energy, 5e-3 * energy) << speed << ", " << fall;
@@ -144,6 +145,54 @@ TEST(JointBooks, WhatLeavesAnOverlapIsNotTurnedFromNowhere) {
     turned = std::max(turned, box[0].body.twist().w.norm());
   });
   EXPECT_GT(turned, 0.1);
+}
+
+/** A soft floor holds more than a reserve may: what it got of a ball that it gives back. */
+TEST(JointBooks, ASoftFloorGivesBackWhatItGot) {
+  constexpr double kFalls = 0.3, kSoft = 1e-3;  // m/s, m/N
+  FreeBody ball = ballAtRest();
+  ball.body.setTwist({Vec3(0, 0, -kFalls), Vec3::Zero()});
+  const double floor = ball.body.com().z(), energy = ball.body.kineticEnergy();
+  ASSERT_GT(energy, 4 * Tool::kMostReserve);
+  auto joint = std::make_unique<JointStep>();
+  double deepest = 0;
+  for (int i = 0; i < 100; ++i) {
+    joint->begin(kSqueezeDt, Vec3::Zero());
+    const std::uint8_t k = joint->add(ball);
+    Touch touch = touchOf(Vec3::UnitZ(), 0, 1);
+    touch.gap = ball.body.com().z() - floor;
+    touch.give = kSoft;
+    ASSERT_TRUE(joint->add(touch, k, JointStep::kFixed));
+    joint->solve();
+    const double depth = std::max(0.0, floor - ball.body.com().z());
+    ASSERT_LE(ball.body.kineticEnergy() + 0.5 * depth * depth / kSoft, energy * (1 + 1e-9)) << i;
+    deepest = std::max(deepest, depth);
+  }
+  const double most = kFalls * std::sqrt(kSqueezedMass * kSoft);
+  EXPECT_GT(deepest, 0.8 * most);
+  EXPECT_GT(ball.body.com().z(), floor);
+  EXPECT_GT(ball.body.twist().v.z(), 0.7 * kFalls);
+}
+
+/** It takes out of the press what its tool gets: the tool goes as fast as what pushes it. */
+TEST(JointBooks, AToolInAHandIsPushedAsFastAsAPressGoes) {
+  for (const double speed : {0.01, 0.1, 1.0}) {
+    ToolSetup setup;
+    setup.mass = MassProperties::ofBall(0.05, kSqueezedRadius);
+    setup.gains = {1000, 1000, 1, 1, 1, 0.01};
+    Tool tool(setup);
+    tool.reset(Pose{});
+    auto joint = std::make_unique<JointStep>();
+    ToolStep out;
+    joint->begin(kSqueezeDt, Vec3::Zero());
+    const std::uint8_t t = joint->add(tool, Pose{}, out);
+    ASSERT_TRUE(joint->add(touchOf(Vec3::UnitZ(), speed, 1), t, JointStep::kFixed));
+    joint->solve();
+    EXPECT_EQ(out.clamped, 1);
+    EXPECT_NEAR(tool.body().twist().v.z(), speed, 1e-6 * speed);
+    EXPECT_NEAR(out.obstacle_work.z(), kSqueezeDt * out.contact.force.z() * speed, 1e-9 * out.obstacle_work.z());
+    EXPECT_NEAR(out.lost, out.obstacle_work.z() - tool.energy(), 1e-9 * out.obstacle_work.z());
+  }
 }
 
 /** What a tool is told of its own touch, that a body far away waits to leave an overlap or not. */

@@ -1,6 +1,7 @@
 #include "rt/ingest/ingest.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "rt/ring/shared.h"
 
@@ -17,9 +18,11 @@ Ingest::Ingest(const IngestConfig& config) noexcept : config_(config) {}
 
 void Ingest::step(std::int64_t now_ns, std::uint64_t tick) HD_RT {
   takeOrders(now_ns);
-  for (Slot& slot : slots_) {
+  for (std::uint32_t i = 0; i < kMaxSessions; ++i) {
+    Slot& slot = slots_[i];
     if (!slot.used) continue;
     watchHeartbeat(slot, now_ns);
+    if (!slot.lost) tellServo(i);  // Of one that is back first: of a lost session it refuses what comes next.
     slot.budget_left = config_.budget_per_session;
     slot.mailboxes_left = HD_MAILBOXES;
   }
@@ -80,6 +83,7 @@ void Ingest::take(std::uint32_t index, std::uint32_t most, std::uint64_t tick) H
 }
 
 bool Ingest::takeOne(std::uint32_t index, std::uint64_t tick) HD_RT {
+  if (takeWhatWaited(index, tick)) return true;
   // In turns, so that neither a full ring nor busy mailboxes starve the other.
   Slot& slot = slots_[index];
   slot.ring_first = !slot.ring_first;
@@ -109,17 +113,47 @@ bool Ingest::takeFromMailboxes(std::uint32_t index, std::uint64_t tick) HD_RT {
     --slot.mailboxes_left;
     const std::uint32_t m = slot.mailbox_next;
     slot.mailbox_next = (m + 1) % HD_MAILBOXES;
-    switch (slot.mailbox[m].read(copy_)) {
-      case MailboxReader::Read::kSame:
-        continue;
-      case MailboxReader::Read::kBusy:
-        storeRelaxed(slot.session.a->acks.stale_mailboxes, ++slot.stale_mailboxes);
-        continue;
-      case MailboxReader::Read::kNew:
-        copy_.at_tick = 0;  // the newest value cannot wait for a later tick
-        pass(index, slot.mailbox_seq[m], m + 1, tick);
-        return true;
+    if ((slot.waits >> m & 1u) == 0 && takeFromMailbox(index, m, tick)) return true;
+  }
+  return false;
+}
+
+/**
+ * A target that gets a mailbox may have been pushed by the ring before, and from then on goes by the mailbox alone. So
+ * the first message of one comes after what stood in the ring when it was found.
+ */
+bool Ingest::takeFromMailbox(std::uint32_t index, std::uint32_t m, std::uint64_t tick) HD_RT {
+  Slot& slot = slots_[index];
+  switch (slot.mailbox[m].read(copy_)) {
+    case MailboxReader::Read::kSame:
+      return false;
+    case MailboxReader::Read::kBusy:
+      storeRelaxed(slot.session.a->acks.stale_mailboxes, ++slot.stale_mailboxes);
+      return false;
+    case MailboxReader::Read::kNew:
+      break;
+  }
+  if ((slot.begun >> m & 1u) == 0) {
+    slot.begun |= 1u << m;
+    slot.behind[m] = slot.consumer.pushed();  // After read(), which has acquired what the client stored before (A3).
+    if (!slot.consumer.passed(slot.behind[m])) {
+      slot.mailbox[m].putBack();
+      slot.waits |= 1u << m;
+      return false;
     }
+  }
+  copy_.at_tick = 0;  // the newest value cannot wait for a later tick
+  pass(index, slot.mailbox_seq[m], m + 1, tick);
+  return true;
+}
+
+bool Ingest::takeWhatWaited(std::uint32_t index, std::uint64_t tick) HD_RT {
+  Slot& slot = slots_[index];
+  for (std::uint32_t waits = slot.waits; waits != 0; waits &= waits - 1) {
+    const auto m = static_cast<std::uint32_t>(std::countr_zero(waits));
+    if (!slot.consumer.passed(slot.behind[m])) continue;
+    slot.waits &= ~(1u << m);
+    if (takeFromMailbox(index, m, tick)) return true;
   }
   return false;
 }

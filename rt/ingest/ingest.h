@@ -69,7 +69,7 @@ class Ingest {
   /**
    * One round; `now_ns` is the caller's clock, `tick` the servo's last. Takes no more than the servo takes in its next
    * tick, and each session at least limits::kFairShare of it if it wants them, so that a flood delays only its sender.
-   * What finds no room stays in the client's ring. Bounded by sessions times (budget + mailboxes).
+   * What finds no room stays in the client's ring. Bounded by sessions times (budget + twice the mailboxes).
    */
   void step(std::int64_t now_ns, std::uint64_t tick) HD_RT;
 
@@ -90,6 +90,8 @@ class Ingest {
     CommandConsumer consumer{nullptr, nullptr};
     std::array<MailboxReader, HD_MAILBOXES> mailbox;
     std::array<std::uint64_t, HD_MAILBOXES> mailbox_seq{};
+    std::uint32_t begun = 0, waits = 0;  ///< One bit per mailbox: a message was found; the first has still to come ...
+    std::array<std::uint32_t, HD_MAILBOXES> behind{};  ///< ... after the ring's slots before that index.
     std::uint32_t mailbox_next = 0;
     std::uint32_t mailboxes_left = 0;  ///< To look at in this step.
     std::uint32_t budget_left = 0;     ///< Slots to take in this step.
@@ -110,6 +112,8 @@ class Ingest {
   bool takeOne(std::uint32_t index, std::uint64_t tick) HD_RT;
   bool takeFromRing(std::uint32_t index, std::uint64_t tick) HD_RT;
   bool takeFromMailboxes(std::uint32_t index, std::uint64_t tick) HD_RT;
+  bool takeFromMailbox(std::uint32_t index, std::uint32_t m, std::uint64_t tick) HD_RT;
+  bool takeWhatWaited(std::uint32_t index, std::uint64_t tick) HD_RT;
   void pass(std::uint32_t index, std::uint64_t& last_seq, std::uint32_t channel, std::uint64_t tick) HD_RT;
   ErrorCode reserveTick(Slot& slot, std::uint64_t at_tick, std::uint64_t tick) HD_RT;
   static void reject(Slot& slot, ErrorCode code, std::uint64_t seq, std::uint32_t channel) HD_RT;

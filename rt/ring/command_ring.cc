@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "rt/ring/shared.h"
 
@@ -94,6 +95,8 @@ CommandConsumer::Pop CommandConsumer::pop(hd_slot& copy) HD_RT {
   return Pop::kSlot;
 }
 
+std::uint32_t CommandConsumer::pushed() const HD_RT { return loadAcquire(b_->tail); }  // As A0, pairs with R0.
+
 std::int64_t CommandConsumer::heartbeat() const HD_RT { return loadRelaxed(b_->heartbeat_ns); }
 
 // The mailbox is a seqlock without fences: each word is stored with release and loaded with acquire. A reader that sees
@@ -116,7 +119,7 @@ MailboxReader::Read MailboxReader::read(hd_slot& copy) HD_RT {
     if ((before & 1u) != 0) continue;
     readSlot<__ATOMIC_ACQUIRE>(*slot_, copy);  // A2, pairs with R2
     if (loadRelaxed(slot_->guard) != before) continue;
-    guard_ = before;
+    former_ = std::exchange(guard_, before);
     return Read::kNew;
   }
   return Read::kBusy;

@@ -53,6 +53,10 @@ class CommandConsumer {
    * kViolation nothing more comes.
    */
   Pop pop(hd_slot& copy) HD_RT;
+  /** Index behind what the client has pushed by now, as it claims. */
+  [[nodiscard]] std::uint32_t pushed() const HD_RT;
+  /** Whether all slots before that index have come. */
+  [[nodiscard]] bool passed(std::uint32_t index) const HD_RT { return static_cast<std::int32_t>(head_ - index) >= 0; }
   /** The client's clock when it was last alive, as it claims. */
   [[nodiscard]] std::int64_t heartbeat() const HD_RT;
 
@@ -85,10 +89,12 @@ class MailboxReader {
   explicit MailboxReader(const hd_slot* slot) noexcept : slot_(slot) {}
   /** At most two tries; kBusy: the writer was in the way both times, `copy` is then worthless. */
   Read read(hd_slot& copy) HD_RT;
+  /** What read() has found last counts as not read: the next one finds it, or what has replaced it. */
+  void putBack() HD_RT { guard_ = former_; }
 
  private:
   const hd_slot* slot_ = nullptr;
-  std::uint32_t guard_ = 0;
+  std::uint32_t guard_ = 0, former_ = 0;
 };
 
 }  // namespace hapticd

@@ -102,6 +102,36 @@ TEST(WeakRings, AMailboxIsReadWholeOrNotAtAll) {
   for (const int count : reads) EXPECT_GT(count, 0);
 }
 
+// The newest of a target by a mailbox must not come before what it was told by the ring.
+TEST(WeakRings, WhoFindsAMailboxKnowsWhatTheRingWasGivenBefore) {
+  Regions r;
+  int found_both = 0;
+  const Found found = exploreSome(20'000, seedOf(1), [&](Threads& threads) {
+    r.b->mailbox[0] = {};
+    CommandProducer producer(r.b.get(), r.a.get());
+    const CommandConsumer consumer(r.b.get(), r.a.get());
+    MailboxWriter writer(&r.b->mailbox[0]);
+    MailboxReader reader(&r.b->mailbox[0]);
+    threads.add([&] {
+      std::uint64_t seq = 0;
+      const std::uint64_t word = 1;
+      (void)producer.push(1, bytesOf(word), 0, seq);
+      (void)writer.write(1, bytesOf(word), seq);
+    });
+    threads.add([&] {
+      hd_slot copy{};
+      for (int turn = 0; turn < 2; ++turn) {
+        if (reader.read(copy) != MailboxReader::Read::kNew) continue;
+        threads.expect(consumer.pushed() == 1, "the mailbox came first");
+        ++found_both;
+      }
+    });
+    threads.go();
+  });
+  EXPECT_EQ(found.failure, "");
+  EXPECT_GT(found_both, 0);
+}
+
 /** Sample n of a device, each word of which tells so. */
 hd_sample sampleOf(std::uint64_t n, std::uint32_t device) {
   hd_sample sample{};

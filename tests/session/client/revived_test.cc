@@ -57,5 +57,13 @@ TEST_F(Revived, BetweenItsEndAndIngestsLettingGoItFadesAllTheSame) {
   EXPECT_EQ(bench.core.sessions().all().size(), 1u);
 }
 
+TEST_F(Revived, WhatItPushesAsItComesBackIsTaken) {
+  bench.step(300);
+  ASSERT_EQ(force(), 0) << "its heartbeat was late";
+  EXPECT_EQ(client->push(Vec3(0.5, 0, 0)), ErrorCode::kOk);
+  step(300);
+  EXPECT_NEAR(force(), 0.5, 1e-3);
+}
+
 }  // namespace
 }  // namespace hapticd::test

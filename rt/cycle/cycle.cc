@@ -23,8 +23,7 @@ void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
 
 void Cycle::applyCommands(const CycleInput& input, CycleOutput& output) HD_RT {
   scene_.expect(period() * (1.0 + input.missed));
-  output.events.count = 0;
-  output.events.dropped = 0;
+  output.events.clear();
   output.applied_commands = 0;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) output.device[d].has_intent = false;
 

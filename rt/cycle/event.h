@@ -38,19 +38,31 @@ struct ServoEvent {
   double force = 0;
 };
 
-/** Events of one cycle. */
+/** What a client brings about at whatever rate it likes. */
+[[nodiscard]] constexpr bool isOfClients(ServoEventKind kind) HD_RT {
+  return kind == ServoEventKind::kCommandRefused || kind == ServoEventKind::kModelExpired;
+}
+
+/** Events of one cycle. However many are of clients, there is room left for what devices and hands do. */
 struct EventBatch {
-  static constexpr std::uint32_t kCapacity = 32;
+  static constexpr std::uint32_t kMostRefusals = 32, kMostOfClients = 40;
+  static constexpr std::uint32_t kCapacity = 96;
   std::array<ServoEvent, kCapacity> event;
   std::uint32_t count = 0;
+  std::uint32_t refusals = 0, of_clients = 0;  ///< Of these.
   std::uint32_t dropped = 0;
 
+  void clear() HD_RT { count = refusals = of_clients = dropped = 0; }
   void add(const ServoEvent& e) HD_RT {
-    if (count < kCapacity) {
-      event[count++] = e;
-    } else {
+    const std::uint32_t refusal = e.kind == ServoEventKind::kCommandRefused ? 1 : 0;
+    const std::uint32_t of_client = isOfClients(e.kind) ? 1 : 0;
+    if (count == kCapacity || refusals + refusal > kMostRefusals || of_clients + of_client > kMostOfClients) {
       ++dropped;
+      return;
     }
+    refusals += refusal;
+    of_clients += of_client;
+    event[count++] = e;
   }
 };
 

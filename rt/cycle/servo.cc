@@ -228,7 +228,9 @@ void Servo::publish(std::int64_t woke_ns, std::int64_t late_ns) HD_RT {
   const EventBatch& batch = output_->events;
   std::uint32_t dropped = batch.dropped;
   for (std::uint32_t i = 0; i < batch.count; ++i) {
-    if (!events.push(batch.event[i])) ++dropped;
+    // What is of clients, and control does not fetch in time, leaves half of the way to what devices and hands do.
+    const bool full = isOfClients(batch.event[i].kind) && events.size() >= decltype(events)::kCapacity / 2;
+    if (full || !events.push(batch.event[i])) ++dropped;
   }
   if (dropped != 0) counters.events_dropped.fetch_add(dropped, std::memory_order_relaxed);
 }

@@ -1,9 +1,11 @@
 // Orders that name what is not there, or ask for more than there is: refused, told, and without effect.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "tests/support/stepped/stepped_cycle.h"
 
@@ -185,6 +187,28 @@ TEST_F(CycleOrders, WhatCameThroughTheRingIsAcknowledgedToWhoSentIt) {
   EXPECT_EQ(session(CommandKind::kLoseSession, kSession), ErrorCode::kOk) << "of control, that counts nothing";
   EXPECT_EQ(own.appliedSeq(), last);
   EXPECT_EQ(other.appliedSeq(), 0u);
+}
+
+TEST_F(CycleOrders, HoweverManyAreRefusedWhatDevicesAndHandsDoIsTold) {
+  const auto told = [&](ServoEventKind kind, std::uint32_t device) {
+    const std::span events(output->events.event.data(), output->events.count);
+    return std::ranges::count_if(events, [&](const ServoEvent& e) { return e.kind == kind && e.device == device; });
+  };
+  const hd_object_pose gone = poseMessage(makeObjectId(1, 1), Pose{});
+  while (input->command_count + kDevices < kMaxCommandsPerCycle) put(CommandKind::kObjectPose, gone, kSession);
+  const std::uint32_t refused = input->command_count;
+  for (std::uint32_t d = 0; d < kDevices; ++d) {
+    put(CommandKind::kStop, StopOrder{d, HD_FAULT_STOP_LINE}, kControlSession);
+    input->device[d].buttons = 1;
+  }
+  step();
+  for (std::uint32_t d = 0; d < kDevices; ++d) {
+    EXPECT_EQ(told(ServoEventKind::kFault, d), 1);
+    EXPECT_EQ(told(ServoEventKind::kButton, d), 1);
+  }
+  EXPECT_EQ(static_cast<std::uint32_t>(told(ServoEventKind::kCommandRefused, 0)) + output->events.dropped, refused)
+      << "or counted";
+  EXPECT_GE(told(ServoEventKind::kCommandRefused, 0), 16) << "as many as one client may send";
 }
 
 }  // namespace

@@ -237,7 +237,7 @@ TEST_F(ServoSample, WhatIsRaisedAndNotReadIsCounted) {
     send(CommandKind::kDeviceRadius, DeviceRadius{0, 0, -1}, at);
   }
   run(10);
-  EXPECT_EQ(servo->counters.events_dropped.load(), raised - EventBatch::kCapacity);
+  EXPECT_EQ(servo->counters.events_dropped.load(), raised - EventBatch::kMostRefusals);
   for (int i = 0; i < 200; ++i) {
     for (int k = 0; k < 10; ++k, ++raised) send(CommandKind::kDeviceRadius, DeviceRadius{0, 0, -1});
     run(1);
@@ -245,6 +245,18 @@ TEST_F(ServoSample, WhatIsRaisedAndNotReadIsCounted) {
   for (ServoEvent event; servo->events.pop(event);) ++read;
   EXPECT_LT(read, raised);
   EXPECT_EQ(read + servo->counters.events_dropped.load(), raised);
+}
+
+TEST_F(ServoSample, AFaultIsToldHoweverMuchIsRefused) {
+  for (int i = 0; i < 200; ++i) {
+    for (int k = 0; k < 16; ++k) send(CommandKind::kDeviceRadius, DeviceRadius{0, 0, -1});
+    run(1);
+  }
+  send(CommandKind::kStop, StopOrder{0, HD_FAULT_STOP_LINE});
+  run(1);
+  int faults = 0;
+  for (ServoEvent event; servo->events.pop(event);) faults += event.kind == ServoEventKind::kFault ? 1 : 0;
+  EXPECT_EQ(faults, 1);
 }
 
 /** What is pushed, wished and read is of the world; what is read from the device and sent to it is its own. */

@@ -111,6 +111,7 @@ template <class Make>
 int order(haptic_session* session, haptic_error* error, Make&& make) {
   return client::edge(error, [&]() -> Failure {
     if (session == nullptr) return client::badArgument("session", "is null");
+    if (Failure failure = session->connection->foreign()) return failure;
     if (session->connection->connected() && session->check() != HAPTIC_OK) {
       return {HAPTIC_DISCONNECTED, "session", "the daemon has ended this session", "call haptic_session_reopen()"};
     }

@@ -84,6 +84,9 @@ TEST(Fork, AChildIsRefusedWhereItHasNoMemory) {
     wrong |= haptic_upload_volume(upload, 0.001, 0, nullptr) == HAPTIC_DISCONNECTED ? 0 : 16;
     wrong |= haptic_session_describe(session, &session_info, nullptr) == HAPTIC_DISCONNECTED ? 0 : 32;
     wrong |= haptic_get_daemon_info(client, &daemon_info, nullptr) == HAPTIC_DISCONNECTED ? 0 : 64;
+    // Nor did the daemon end it, as one is told that may open it again.
+    const bool told = haptic_session_disarm(session, &error) == HAPTIC_DISCONNECTED && error.where[0] == 'p';
+    wrong |= told ? 0 : 128;
     _exit(wrong);
   }
   int status = 0;

@@ -32,7 +32,11 @@ class Clients {
   /** Null when it has left. */
   [[nodiscard]] Client* find(std::uint64_t connection);
   [[nodiscard]] const Client* find(std::uint64_t connection) const;
-  [[nodiscard]] bool has(std::uint64_t connection) const { return all_.count(connection) != 0; }
+  /** And has not left. */
+  [[nodiscard]] bool has(std::uint64_t connection) const {
+    const Client* const client = find(connection);
+    return client != nullptr && !client->left;
+  }
   void remove(std::uint64_t connection) { all_.erase(connection); }
   [[nodiscard]] const std::map<std::uint64_t, Client>& all() const { return all_; }
 

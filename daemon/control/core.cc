@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <new>
 
 #include "daemon/log/log.h"
 #include "drivers/named_file.h"
@@ -48,12 +49,16 @@ Core::Core(const CoreOptions& options, Clock& clock)
   meshes_.setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
   scene_.textures().setLock(options_.config.servo.lock_memory && !options_.config.servo.allow_no_rt);
   scene_.onChange([this](const std::string& name, const char* what) {
-    Event event;
-    event.kind = EventKind::kObjectChanged;
-    event.t_ns = clock_.now();
-    event.object = name;
-    event.text = what;
-    events_.publish(event);
+    try {
+      Event event;
+      event.kind = EventKind::kObjectChanged;
+      event.t_ns = clock_.now();
+      event.object = name;
+      event.text = what;
+      events_.publish(event);
+    } catch (const std::bad_alloc&) {
+      events_.lost(1);
+    }
   });
 }
 
@@ -108,26 +113,36 @@ Result<void> Core::mayRunServos() const {
 
 void Core::poll() {
   const std::int64_t now = clock_.now();
-  devices_.poll();
-  wanted_.poll();
+  bool no_memory = false;
+  const auto go = [&no_memory](auto&& work) {
+    try {
+      work();
+    } catch (const std::bad_alloc&) {
+      no_memory = true;
+    }
+  };
+  go([&] { devices_.poll(); });
+  go([&] { wanted_.poll(); });
   busy_ = devices_.opening() != 0;
   for (const auto& link : devices_.links()) {
     busy_ = link->flush() || busy_;
-    drain(*link);
+    go([&] { drain(*link); });
   }
-  pollOffs();
-  pollDisarmed();
-  pollArms();
-  pollListed();
-  sessions_.poll(now);
-  pollWishes();
-  closeUnused();
-  scene_.followClients();
-  meshes_.reclaim();
-  scene_.textures().reclaim();
-  uploads_.poll();
+  go([&] { pollOffs(); });
+  go([&] { pollDisarmed(); });
+  go([&] { pollArms(); });
+  go([&] { pollListed(); });
+  go([&] { sessions_.poll(now); });
+  go([&] { pollLeft(); });
+  go([&] { pollWishes(); });
+  go([&] { closeUnused(); });
+  go([&] { scene_.followClients(); });
+  go([&] { meshes_.reclaim(); });
+  go([&] { scene_.textures().reclaim(); });
+  go([&] { uploads_.poll(); });
   busy_ = busy_ || uploads_.busy() || meshes_.busy() || scene_.textures().busy();
-  recordings_.poll();
+  go([&] { recordings_.poll(); });
+  if (no_memory) throw std::bad_alloc();
 }
 
 void Core::beginShutdown() {
@@ -159,18 +174,35 @@ const Client& Core::client(std::uint64_t connection) const {
   return found == nullptr ? kNobody : *found;
 }
 
-void Core::disconnect(std::uint64_t connection) {
-  if (!clients_.has(connection)) return;
-  const Client gone = client(connection);
+void Core::disconnect(std::uint64_t connection) noexcept {
+  Client* const gone = clients_.find(connection);
+  if (gone == nullptr) return;
   sessions_.endAllOf(connection, "the client has left");
+  gone->left = true;
+  try {
+    leave(*gone);
+  } catch (const std::bad_alloc&) {  // pollLeft() goes on with it.
+  }
+}
+
+/** Whatever of it has gone before. */
+void Core::leave(Client& gone) {
+  const std::uint64_t connection = gone.connection;
   scene_.clientLeft(connection);
   meshes_.dropUnusedOf(connection);
   scene_.textures().dropUnusedOf(connection);
-  clients_.remove(connection);
   for (const auto& device : devices_.devices()) std::erase(device->askers, connection);
-  if (gone.name.empty()) return;
-  log::info("client '{}' (pid {}) leaves", log::printable(gone.name), gone.pid);
-  publish(EventKind::kClientLeft, {}, gone.name);
+  if (!gone.name.empty()) {
+    log::info("client '{}' (pid {}) leaves", log::printable(gone.name), gone.pid);
+    publish(EventKind::kClientLeft, {}, gone.name);
+  }
+  clients_.remove(connection);
+}
+
+void Core::pollLeft() {
+  const auto& all = clients_.all();
+  const auto it = std::find_if(all.begin(), all.end(), [](const auto& one) { return one.second.left; });
+  if (it != all.end()) leave(*clients_.find(it->first));  // Of several the next poll() takes the next.
 }
 
 Result<OpenDevice*> Core::openDevice(std::string_view uri) {
@@ -294,14 +326,18 @@ std::uint64_t Core::lockedBytes() const {
          recordings_.size() * sizeof(CycleLog) + devices_.links().size() * GroupLink::monitorBytes();
 }
 
-void Core::publish(EventKind kind, const std::string& device, const std::string& text, std::uint64_t session) {
-  Event event;
-  event.kind = kind;
-  event.t_ns = clock_.now();
-  event.device = device;
-  event.text = text;
-  event.session = session;
-  events_.publish(event);
+void Core::publish(EventKind kind, std::string_view device, std::string_view text, std::uint64_t session) noexcept {
+  try {
+    Event event;
+    event.kind = kind;
+    event.t_ns = clock_.now();
+    event.device = device;
+    event.text = text;
+    event.session = session;
+    events_.publish(event);
+  } catch (const std::bad_alloc&) {
+    events_.lost(1);
+  }
 }
 
 }  // namespace hapticd

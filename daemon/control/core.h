@@ -6,8 +6,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <list>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -84,7 +86,10 @@ class Core {
   /** Keeps the list of armed devices from now on. Before the first arm(). */
   void keepArmed(ArmedList list) { armed_ = std::move(list); }
   [[nodiscard]] ArmedList& armedList() { return armed_; }
-  /** Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). */
+  /**
+   * Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). What has no memory to
+   * go on with keeps nothing else from it; then it throws std::bad_alloc in the end.
+   */
   void poll();
   /** Orders wait for a servo that has no room at the moment. */
   [[nodiscard]] bool busy() const { return busy_; }
@@ -107,8 +112,9 @@ class Core {
   }
   void introduce(std::uint64_t connection, std::string name);
   [[nodiscard]] const Client& client(std::uint64_t connection) const;
-  /** Ends its sessions, removes its objects, gives back what it held. */
-  void disconnect(std::uint64_t connection);
+  /** Ends its sessions, removes its objects, gives back what it held; for want of memory some of it by a later poll().
+   */
+  void disconnect(std::uint64_t connection) noexcept;
 
   // Sessions and leases.
   [[nodiscard]] Result<Session*> openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
@@ -197,7 +203,8 @@ class Core {
   [[nodiscard]] std::int64_t now() { return clock_.now(); }
   [[nodiscard]] std::int64_t started() const { return started_ns_; }
 
-  void publish(EventKind kind, const std::string& device, const std::string& text = {}, std::uint64_t session = 0);
+  /** As EventHub::publish(). */
+  void publish(EventKind kind, std::string_view device, std::string_view text = {}, std::uint64_t session = 0) noexcept;
 
  private:
   struct PendingArm {
@@ -248,10 +255,10 @@ class Core {
   void holdAnew(OpenDevice& device);
   void tellTool(const OpenDevice& device, const std::string& object, const std::string& what);
   [[nodiscard]] Result<void> mayRunServos() const;
-  void switchOff(OpenDevice& device, CommandKind kind);
+  void switchOff(OpenDevice& device, CommandKind kind) noexcept;
   void pollOffs();
-  void bypass(OpenDevice& device);
-  void loseLease(OpenDevice& device, const std::string& why);
+  void bypass(OpenDevice& device) noexcept;
+  void loseLease(OpenDevice& device, std::string_view why) noexcept;
   struct RecordWish {
     std::string uri;
     std::uint64_t connection;
@@ -262,8 +269,13 @@ class Core {
   void fulfil(RecordWish wish);
   void pollWishes();
   void pollArms();
+  /** True when it is answered. `others` wait, too, in their order. */
+  bool settle(PendingArm& arm, std::list<PendingArm>& others);
+  void refuse(PendingArm& arm) noexcept;
   void pollListed();
   void pollDisarmed();
+  void pollLeft();
+  void leave(Client& client);
   void forgetDisarmed(const std::string& name);
   void drain(GroupLink& link);
   void translate(GroupLink& link, const ServoEvent& event);
@@ -288,9 +300,10 @@ class Core {
   DeviceManager devices_;        // last: its servos stop before what they read goes
   WantedGroups wanted_;
   Clients clients_;
-  std::vector<PendingArm> arms_;
-  std::vector<Wish> wishes_;
-  std::vector<RecordWish> record_wishes_;
+  // Lists: what waits on goes back without memory.
+  std::list<PendingArm> arms_;
+  std::list<Wish> wishes_;
+  std::list<RecordWish> record_wishes_;
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
   log::RateLimit refused_log_{1'000'000'000, 5};
   log::RateLimit overrun_log_{1'000'000'000, 1};

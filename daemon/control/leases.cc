@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <new>
 
 #include "daemon/control/core.h"
 #include "daemon/device/buttons.h"
@@ -67,17 +68,27 @@ void Core::fulfil(Wish wish) {
   });
 }
 
+/** For want of memory a wish is over, and with it whoever waits for it; the others are not. */
 void Core::pollWishes() {
-  std::vector<Wish> waiting;
-  std::swap(waiting, wishes_);
-  for (Wish& wish : waiting) {
+  bool no_memory = false;
+  const auto look = [&](auto waiting, auto&& at) {
+    for (auto& wish : waiting) {
+      try {
+        at(wish);
+      } catch (const std::bad_alloc&) {
+        no_memory = true;
+      }
+    }
+  };
+  look(std::exchange(wishes_, {}), [this](Wish& wish) {
     if (!clients_.has(wish.connection)) {
       wish.done(gone());
     } else {
       fulfil(std::move(wish));
     }
-  }
-  for (RecordWish& wish : std::exchange(record_wishes_, {})) fulfil(std::move(wish));
+  });
+  look(std::exchange(record_wishes_, {}), [this](RecordWish& wish) { fulfil(std::move(wish)); });
+  if (no_memory) throw std::bad_alloc();
 }
 
 Result<Session*> Core::sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name) {
@@ -110,9 +121,8 @@ Result<void> Core::acquireLease(std::uint64_t id) {
   Session* session = sessions_.find(id);
   OpenDevice& device = *session->device;
   if (device.lease == id) return {};
+  device.releaseClutch();  // One that another client held does not pass on to the new holder.
   device.lease = id;
-  // A clutch that another client held does not pass on to the new holder.
-  if (std::exchange(device.clutch_held, false)) device.applyClutch();
   log::info("{}: lease to '{}' (pid {})", device.name, log::printable(session->client.name), session->client.pid);
   publish(EventKind::kLeaseTaken, device.name, session->client.name, id);
   return {};
@@ -125,11 +135,14 @@ Result<void> Core::releaseLease(std::uint64_t id) {
   return {};
 }
 
-void Core::loseLease(OpenDevice& device, const std::string& why) {
+void Core::loseLease(OpenDevice& device, std::string_view why) noexcept {
   const std::uint64_t session = std::exchange(device.lease, 0);
   switchOff(device, CommandKind::kDisarm);
   // Let the clutch go: the force is being lowered anyway, and whoever arms next should not find it held.
-  if (std::exchange(device.clutch_held, false)) device.applyClutch();
+  try {
+    device.releaseClutch();
+  } catch (const std::bad_alloc&) {  // With the next lease.
+  }
   log::info("{}: lease of session {} ends, disarmed: {}", device.name, session, why);
   publish(EventKind::kLeaseLost, device.name, why, session);
 }
@@ -165,62 +178,103 @@ void Core::arm(std::uint64_t id, std::function<void(Result<void>)> done) {
   OpenDevice& device = *sessions_.find(id)->device;
   if (auto r = mayArm(device); !r) return done(r);
   const std::string& uri = device.info().uri;
+  // All that could fail for want of memory comes before the order: nothing may be armed that is not listed and watched.
+  std::list<PendingArm> arm(1);
+  std::vector<Listed> listed;
+  listed.reserve(listed_.size() + 1);
+  std::copy_if(listed_.begin(), listed_.end(), std::back_inserter(listed),
+               [&](const Listed& other) { return other.uri != uri; });
+  listed.push_back({uri, 0});
   if (auto r = armed_.add(uri); !r) return done(r);
   const bool takes = device.lease != id;
-  (void)acquireLease(id);  // It may, as was just found.
-  const std::uint64_t ticket = device.link->post(makeCommand(CommandKind::kArm, DeviceRef{device.index}));
-  listed_.erase(std::remove_if(listed_.begin(), listed_.end(), [&](const Listed& l) { return l.uri == uri; }),
-                listed_.end());
-  listed_.push_back({uri, ticket});
-  arms_.push_back({id, ticket, clock_.now(), takes, std::move(done)});
+  try {
+    (void)acquireLease(id);  // It may, as was just found.
+    listed.back().ticket = device.link->post(makeCommand(CommandKind::kArm, DeviceRef{device.index}));
+  } catch (const std::bad_alloc&) {
+    if (takes && device.lease == id) loseLease(device, "no memory");
+    if (std::ranges::find(listed_, uri, &Listed::uri) == listed_.end()) armed_.remove(uri);
+    throw;
+  }
+  arm.front() = {id, listed.back().ticket, clock_.now(), takes, std::move(done)};
+  listed_ = std::move(listed);
+  arms_.splice(arms_.end(), arm);
 }
 
 void Core::pollArms() {
-  std::vector<PendingArm> waiting;
-  std::swap(waiting, arms_);  // done() may arm again
-  for (auto it = waiting.begin(); it != waiting.end(); ++it) {
-    PendingArm& arm = *it;
-    const Session* session = sessions_.find(arm.session);
-    if (session == nullptr) {
-      arm.done(gone());
-      continue;
+  std::list<PendingArm> waiting, one;
+  waiting.swap(arms_);  // done() may arm again
+  while (!waiting.empty()) {
+    one.splice(one.end(), waiting, waiting.begin());
+    bool settled = true;
+    try {
+      settled = settle(one.front(), waiting);
+    } catch (const std::bad_alloc&) {
+      refuse(one.front());
     }
-    OpenDevice& device = *session->device;
-    hd_sample sample;
-    if (device.link->passed(arm.ticket) && device.link->latest(device.index, sample)) {
-      if (sample.fault != HD_FAULT_NONE) {
-        if (arm.took_lease && device.lease == arm.session) loseLease(device, "it could not be armed");
-        arm.done(Error{ErrorCode::kFaultLatched, device.name,
-                       fmt::format("the cause is still there: {}", faultText(sample.fault)),
-                       "clear the cause, then arm again"});
-      } else if (device.lease != arm.session) {
-        arm.done(Error{ErrorCode::kLeaseRequired, device.name, "the lease was lost meanwhile", {}});
-      } else if ((sample.flags & HD_SAMPLE_ARMED) == 0) {
-        const auto later = std::find_if(std::next(it), waiting.end(),
-                                        [&](const PendingArm& other) { return other.session == arm.session; });
-        if (arm.took_lease && later != waiting.end()) {
-          later->took_lease = true;  // It has been ordered again since.
-        } else if (arm.took_lease) {
-          loseLease(device, "it was disarmed before it was armed");
-        }
-        arm.done(Error{ErrorCode::kCancelled, device.name, "it was disarmed meanwhile", {}});
-      } else {
-        arm.done({});
-      }
-    } else if (clock_.now() - arm.since_ns > kArmAnswerNs) {
-      // Disarm, or the order might still arm it after this refusal. A lease lost meanwhile has disarmed it already.
-      if (device.lease == arm.session) {
-        if (arm.took_lease) {
-          loseLease(device, "it could not be armed");
-        } else {
-          switchOff(device, CommandKind::kDisarm);
-        }
-      }
-      arm.done(Error{ErrorCode::kTimeout, device.name, "the servo did not answer", "see hapticctl status"});
+    if (settled) {
+      one.clear();
     } else {
-      arms_.push_back(std::move(arm));
+      arms_.splice(arms_.end(), one);
     }
   }
+}
+
+/** There is no memory for its answer: nobody is to have armed it without knowing. */
+void Core::refuse(PendingArm& arm) noexcept {
+  const Session* const session = sessions_.find(arm.session);
+  if (session != nullptr && session->device->lease == arm.session) {
+    if (arm.took_lease) {
+      loseLease(*session->device, "no memory");
+    } else {
+      switchOff(*session->device, CommandKind::kDisarm);
+    }
+  }
+  try {
+    arm.done(Aside::noMemory());
+  } catch (const std::bad_alloc&) {  // It hears so when its answer goes.
+  }
+}
+
+bool Core::settle(PendingArm& arm, std::list<PendingArm>& others) {
+  const Session* session = sessions_.find(arm.session);
+  if (session == nullptr) {
+    arm.done(gone());
+    return true;
+  }
+  OpenDevice& device = *session->device;
+  hd_sample sample;
+  if (device.link->passed(arm.ticket) && device.link->latest(device.index, sample)) {
+    if (sample.fault != HD_FAULT_NONE) {
+      if (arm.took_lease && device.lease == arm.session) loseLease(device, "it could not be armed");
+      arm.done(Error{ErrorCode::kFaultLatched, device.name,
+                     fmt::format("the cause is still there: {}", faultText(sample.fault)),
+                     "clear the cause, then arm again"});
+    } else if (device.lease != arm.session) {
+      arm.done(Error{ErrorCode::kLeaseRequired, device.name, "the lease was lost meanwhile", {}});
+    } else if ((sample.flags & HD_SAMPLE_ARMED) == 0) {
+      const auto later = std::ranges::find(others, arm.session, &PendingArm::session);
+      if (arm.took_lease && later != others.end()) {
+        later->took_lease = true;  // It has been ordered again since.
+      } else if (arm.took_lease) {
+        loseLease(device, "it was disarmed before it was armed");
+      }
+      arm.done(Error{ErrorCode::kCancelled, device.name, "it was disarmed meanwhile", {}});
+    } else {
+      arm.done({});
+    }
+    return true;
+  }
+  if (clock_.now() - arm.since_ns <= kArmAnswerNs) return false;
+  // Disarm, or the order might still arm it after this refusal. A lease lost meanwhile has disarmed it already.
+  if (device.lease == arm.session) {
+    if (arm.took_lease) {
+      loseLease(device, "it could not be armed");
+    } else {
+      switchOff(device, CommandKind::kDisarm);
+    }
+  }
+  arm.done(Error{ErrorCode::kTimeout, device.name, "the servo did not answer", "see hapticctl status"});
+  return true;
 }
 
 /** A device leaves the list when it has been off for a while, its driver's own thread included, or is closed. */
@@ -254,21 +308,20 @@ Result<void> Core::disarm(std::uint64_t id) {
 
 Result<void> Core::stop(std::string_view uri, std::uint64_t connection) {
   const Client& by = client(connection);
-  std::vector<OpenDevice*> targets;
-  if (uri.empty()) {
-    for (const auto& device : devices_.devices()) targets.push_back(device.get());
-  } else {
-    auto device = devices_.find(uri);
-    if (!device) return device.error();
-    targets.push_back(*device);
-  }
-  for (OpenDevice* device : targets) {
+  const auto end = [&](OpenDevice& device) noexcept {  // It needs no memory.
+    switchOff(device, CommandKind::kStop);
     if (std::uint64_t suppressed = 0; stopped_log_.allow(clock_.now(), suppressed)) {
-      log::warn("{}: stopped by '{}' (pid {}){}", device->name, log::printable(by.name), by.pid,
+      log::warn("{}: stopped by '{}' (pid {}){}", device.name, log::printable(by.name), by.pid,
                 log::suppressedNote(suppressed));
     }
-    switchOff(*device, CommandKind::kStop);
+  };
+  if (uri.empty()) {
+    for (const auto& device : devices_.devices()) end(*device);
+    return {};
   }
+  auto device = devices_.find(uri);
+  if (!device) return device.error();
+  end(**device);
   return {};
 }
 
@@ -286,7 +339,7 @@ void Core::setAsleep(bool asleep) {
 }
 
 /** Disarm and stop overtake everything, and no arming that they overtake comes after them. */
-void Core::switchOff(OpenDevice& device, CommandKind kind) {
+void Core::switchOff(OpenDevice& device, CommandKind kind) noexcept {
   if (!device.link->switchOff(device.index, kind, clock_.now())) bypass(device);
 }
 
@@ -300,7 +353,7 @@ void Core::pollOffs() {
   }
 }
 
-void Core::bypass(OpenDevice& device) {
+void Core::bypass(OpenDevice& device) noexcept {
   if (std::uint64_t suppressed = 0; bypassed_log_.allow(clock_.now(), suppressed)) {
     log::error("{}: the servo takes no order at the moment; the device is made safe without it{}", device.name,
                log::suppressedNote(suppressed));

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <new>
 
 #include "daemon/control/core.h"
 
@@ -59,7 +60,13 @@ const char* faultText(std::uint32_t fault) noexcept {
 void Core::drain(GroupLink& link) {
   Servo& servo = link.group().servo();
   ServoEvent event;
-  for (int i = 0; i < 1024 && servo.events.pop(event); ++i) translate(link, event);
+  for (int i = 0; i < 1024 && servo.events.pop(event); ++i) {
+    try {
+      translate(link, event);
+    } catch (const std::bad_alloc&) {
+      events_.lost(1);
+    }
+  }
   const std::uint64_t dropped = servo.counters.events_dropped.load(std::memory_order_relaxed);
   std::uint64_t& seen = events_dropped_[&link];
   if (dropped != seen) events_.lost(dropped - seen);
@@ -100,6 +107,10 @@ void Core::refusedByServo(const std::string& device, const ServoEvent& e, Sessio
 
 void Core::translate(GroupLink& link, const ServoEvent& e) {
   OpenDevice* const device = devices_.at(link, e.device);
+  if (e.kind == ServoEventKind::kMoved) {  // First: no memory is needed to take it over.
+    if (device != nullptr) device->mount = Mount(Pose{vec3(e.point), device->mount.pose().q}, device->mount.scale());
+    return;
+  }
   // Other events name no session: their 0 is not slot 0, which belongs to somebody.
   const bool told_of = e.kind == ServoEventKind::kModelExpired || e.kind == ServoEventKind::kCommandRefused;
   Session* const session = told_of ? sessions_.bySlot(link, e.session) : nullptr;
@@ -113,11 +124,6 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
     } else {
       log::info("{}: its motors have cooled", name);
     }
-    return;
-  }
-  if (e.kind == ServoEventKind::kMoved) {
-    if (device == nullptr) return;
-    device->mount = Mount(Pose{vec3(e.point), device->mount.pose().q}, device->mount.scale());
     return;
   }
   Event event;

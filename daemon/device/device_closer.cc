@@ -3,7 +3,8 @@
 #include <pthread.h>
 
 #include <algorithm>
-#include <system_error>
+#include <exception>
+#include <new>
 
 #include "rt/base/clock.h"
 
@@ -17,9 +18,17 @@ DeviceCloser::~DeviceCloser() {
 
 std::vector<std::string> DeviceCloser::close(DeviceGroup::Leaving leaving, std::int64_t patience_ns) {
   for (const auto& device : leaving.devices) device->safe();
-  Closing& closing = closing_.emplace_back();
+  std::list<Closing> one;
+  try {
+    one.emplace_back();
+    for (const auto& device : leaving.devices) one.front().uris.push_back(device->info().uri);
+  } catch (const std::bad_alloc&) {  // Then here.
+    for (const auto& device : leaving.devices) device->close();
+    return {};
+  }
+  closing_.splice(closing_.end(), one);
+  Closing& closing = closing_.back();
   closing.group = std::move(leaving);
-  for (const auto& device : closing.group.devices) closing.uris.push_back(device->info().uri);
   const auto close_all = [&closing] {
     for (const auto& device : closing.group.devices) {
       device->close();
@@ -31,7 +40,7 @@ std::vector<std::string> DeviceCloser::close(DeviceGroup::Leaving leaving, std::
       ::pthread_setname_np(::pthread_self(), "device-close");
       close_all();
     });
-  } catch (const std::system_error&) {  // No more threads: then here.
+  } catch (const std::exception&) {  // No more threads, or no memory for one: then here.
     close_all();
   }
   MonotonicClock clock;

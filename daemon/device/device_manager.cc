@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <new>
 
 #include "daemon/device/buttons.h"
 #include "daemon/device/finger_words.h"
@@ -12,6 +13,18 @@
 #include "drivers/link/io_device.h"
 
 namespace hapticd {
+namespace {
+
+/** What there is no memory for keeps nobody else from his. */
+template <class Work>
+void inMemory(Work&& work) noexcept {
+  try {
+    work();
+  } catch (const std::bad_alloc&) {  // Whoever waits for it hears so when its answer goes.
+  }
+}
+
+}  // namespace
 
 static_assert(DeviceConfig::kMostRadius == ProxyRenderer::kMaxRadius);
 static_assert(DeviceConfig::kMostDistance == Mount::kFarthest && DeviceConfig::kLeastScale == Mount::kLeast &&
@@ -87,33 +100,40 @@ Result<void> DeviceManager::openGroup(const GroupConfig& group, const std::strin
     while (it != made->begin()) (*--it)->close();
     return r;
   }
-  return adopt(group, std::move(*made));
+  return adopt(group, *made);
 }
 
 void DeviceManager::openGroup(const GroupConfig& group, GroupDone done, Turn turn) {
   auto made = makeGroup(group, fmt::format("group '{}'", group.name));
   if (made) return begin(group, std::move(*made), std::move(done), std::move(turn));
   if (!turn || turn()) return done(made.error());
-  GroupOpening& refused = groups_opening_.emplace_back();
+  std::list<GroupOpening> one(1);
+  GroupOpening& refused = one.front();
   refused.group = group;
   refused.done = std::move(done);
   refused.turn = std::move(turn);
   refused.ended = true;
   refused.devices = made.error();
   refused.culprit = culprit_;
+  groups_opening_.splice(groups_opening_.end(), one);
 }
 
 void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done,
                           Turn turn) {
-  GroupOpening& opening = groups_opening_.emplace_back();
+  std::list<GroupOpening> one(1);
+  std::list<Opening> rows;
+  GroupOpening& opening = one.front();
   opening.group = group;
   opening.closed = std::move(made);
   opening.done = std::move(done);
   opening.turn = std::move(turn);
   for (std::size_t i = 0; i < opening.closed.size(); ++i) {
     opening.canonical.push_back(opening.closed[i]->info().uri);
-    opening_.push_back({opening.canonical.back(), {group.devices[i]}, {}});
+    rows.push_back({opening.canonical.back(), {group.devices[i]}, {}});
   }
+  opening.open.reserve(opening.closed.size());
+  groups_opening_.splice(groups_opening_.end(), one);  // Only now: one that never begins would never end.
+  opening_.splice(opening_.end(), rows);
   openNext(opening);
 }
 
@@ -124,15 +144,21 @@ void DeviceManager::openNext(GroupOpening& opening) {
   }
   auto device = std::move(opening.closed.front());
   opening.closed.erase(opening.closed.begin());
-  opener_.start(std::move(device), [this, &opening](DeviceOpener::Opened opened) {
-    if (opened) {
-      opening.open.push_back(std::move(*opened));
-      return openNext(opening);
-    }
-    opening.devices = opened.error();
-    opening.culprit = opening.group.devices[opening.open.size()];
+  try {
+    opener_.start(std::move(device), [this, &opening](DeviceOpener::Opened opened) {
+      if (opened) {
+        opening.open.push_back(std::move(*opened));
+        return openNext(opening);
+      }
+      opening.devices = Aside::noMemory();  // Should there be none for what it says.
+      opening.culprit = std::move(opening.group.devices[opening.open.size()]);
+      opening.ended = true;
+      opening.devices = opened.error();
+    });
+  } catch (const std::bad_alloc&) {
+    opening.devices = Aside::noMemory();
     opening.ended = true;
-  });
+  }
 }
 
 void DeviceManager::poll() {
@@ -158,43 +184,47 @@ bool DeviceManager::readyFor(const GroupOpening& opening) {
 
 /** A group is open, or not: those who wait for one of its devices are told. */
 void DeviceManager::finish(GroupOpening& opening) {
-  const Result<void> result = opening.devices ? adopt(opening.group, std::move(opening.open)) : opening.devices;
-  if (!result) closeUnused(opening.open);
+  Result<void> result;
+  std::list<Opening> rows;
+  try {
+    result = opening.devices ? adopt(opening.group, opening.open) : std::move(opening.devices);
+  } catch (const std::bad_alloc&) {
+    result = Aside::noMemory();
+  }
+  if (!result) inMemory([&] { closeUnused(opening.open); });
+  for (const std::string& canonical : opening.canonical) takeOpening(canonical, rows);
   if (!result && groups_opening_.empty()) {
     meshes_.noServoComes();
     scene_.textures().noServoComes();
   }
-  std::vector<Opening> rows;
-  for (const std::string& canonical : opening.canonical) rows.push_back(takeOpening(canonical));
   for (const Opening& row : rows) {
     OpenDevice* const device = result ? lookUp(row.canonical) : nullptr;
     if (device == nullptr) continue;
     auto& aliases = device->aliases;
     for (const std::string& text : row.texts) {
-      if (text != row.canonical && std::find(aliases.begin(), aliases.end(), text) == aliases.end())
-        aliases.push_back(text);
+      if (text == row.canonical || std::find(aliases.begin(), aliases.end(), text) != aliases.end()) continue;
+      inMemory([&] { aliases.push_back(text); });
     }
     if (on_opened_) on_opened_(*device);
   }
-  culprit_ = opening.culprit;
-  opening.done(result);
+  culprit_ = std::move(opening.culprit);
+  inMemory([&] { opening.done(result); });
   for (const Opening& row : rows) {
-    const Result<OpenDevice*> answer =
-        result ? Result<OpenDevice*>(lookUp(row.canonical)) : Result<OpenDevice*>(result.error());
-    for (const Done& done : row.waiting) done(answer);
+    for (const Done& done : row.waiting) {
+      inMemory(
+          [&] { done(result ? Result<OpenDevice*>(lookUp(row.canonical)) : Result<OpenDevice*>(result.error())); });
+    }
   }
 }
 
-DeviceManager::Opening DeviceManager::takeOpening(const std::string& canonical) {
+void DeviceManager::takeOpening(const std::string& canonical, std::list<Opening>& to) noexcept {
   const auto it =
       std::find_if(opening_.begin(), opening_.end(), [&](const Opening& o) { return o.canonical == canonical; });
-  Opening taken = std::move(*it);
-  opening_.erase(it);
-  return taken;
+  to.splice(to.end(), opening_, it);
 }
 
-/** Starts the servo of devices that are open. */
-Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened) {
+/** Starts the servo of devices that are open, and takes them with it. */
+Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>>& opened) {
   std::vector<std::unique_ptr<OpenDevice>> rows;
   std::vector<std::string> taken = names();
   GroupOptions group_options = options(group, opened);
@@ -218,35 +248,51 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
     if (group.devices[i] != info.uri) row->aliases.push_back(group.devices[i]);
     rows.push_back(std::move(row));
   }
+  devices_.reserve(devices_.size() + rows.size());
+  links_.reserve(links_.size() + 1);
   auto link = GroupLink::start(group.name, group_options, std::move(opened), clock_);
   if (!link) return link.error();
-  auto told = meshes_.attach(**link);
-  if (told) told = scene_.textures().attach(**link);
-  if (!told) {
-    (void)letGo(**link);
-    return told;
-  }
-  scene_.attach(**link);
-  for (auto& row : rows) {
-    row->link = link->get();
-    if (row->radius > 0) row->applyRadius();
-    if (!row->mount.identity()) row->applyMount();
-    if (row->clutch_button != 0) row->applyClutch();
-    const std::uint32_t buttons = buttonsOf(row->info(), lines_);
-    if (row->clutch_button > buttons) {
-      log::warn("device {}: clutch_button = {}, and it has {} buttons: none holds its clutch", row->name,
-                row->clutch_button, buttons);
+  try {
+    if (auto told = show(**link); !told) {
+      (void)letGo(**link);
+      return told;
     }
-    if (row->finger.law != 0) row->applyFinger();
-    log::info("device {}: {} ({}), group {}, {:g} Hz, {}", row->name, row->info().uri,
-              log::printable(row->info().model), group.name, 1e9 / static_cast<double>(group_options.cycle.period_ns),
-              (*link)->group().realtime() ? "real-time" : "not real-time: " + (*link)->group().schedulingNote());
-    if (const auto* io = dynamic_cast<const IoDevice*>(&row->device()); io != nullptr && !io->schedulingNote().empty())
-      log::warn("device {}: the thread that speaks with it may be late: {}", row->name, io->schedulingNote());
-    devices_.push_back(std::move(row));
+    for (auto& row : rows) tellStart(*row, **link);
+  } catch (const std::bad_alloc&) {
+    (void)letGo(**link);
+    throw;
   }
+  for (auto& row : rows) devices_.push_back(std::move(row));
   links_.push_back(std::move(*link));
   return {};
+}
+
+/** What there is in the world. */
+Result<void> DeviceManager::show(GroupLink& link) {
+  if (auto told = meshes_.attach(link); !told) return told;
+  if (auto told = scene_.textures().attach(link); !told) return told;
+  scene_.attach(link);
+  return {};
+}
+
+/** Its servo, of how it begins. */
+void DeviceManager::tellStart(OpenDevice& device, GroupLink& link) const {
+  device.link = &link;
+  if (device.radius > 0) device.applyRadius();
+  if (!device.mount.identity()) device.applyMount();
+  if (device.clutch_button != 0) device.applyClutch();
+  const std::uint32_t buttons = buttonsOf(device.info(), lines_);
+  if (device.clutch_button > buttons) {
+    log::warn("device {}: clutch_button = {}, and it has {} buttons: none holds its clutch", device.name,
+              device.clutch_button, buttons);
+  }
+  if (device.finger.law != 0) device.applyFinger();
+  const DeviceGroup& group = link.group();
+  log::info("device {}: {} ({}), group {}, {:g} Hz, {}", device.name, device.info().uri,
+            log::printable(device.info().model), link.name(), 1e9 / static_cast<double>(link.periodNs()),
+            group.realtime() ? "real-time" : "not real-time: " + group.schedulingNote());
+  if (const auto* io = dynamic_cast<const IoDevice*>(&device.device()); io != nullptr && !io->schedulingNote().empty())
+    log::warn("device {}: the thread that speaks with it may be late: {}", device.name, io->schedulingNote());
 }
 
 Result<OpenDevice*> DeviceManager::open(std::string_view uri, const std::string& within) {
@@ -405,7 +451,8 @@ void DeviceManager::closeUnused(std::vector<std::unique_ptr<Device>>& devices) {
 /** After the end of its servo: first that, then what it read. Devices that are not closed yet. */
 std::vector<std::string> DeviceManager::letGo(GroupLink& link) {
   scene_.detach(link);
-  auto left = closer_.close(link.stop(), kEnd_ns);
+  std::vector<std::string> left;
+  inMemory([&] { left = closer_.close(link.stop(), kEnd_ns); });
   if (!left.empty()) {
     log::error("group {}: the driver of {} does not let go of it; it was told to bring it to zero", link.name(),
                log::printable(left.front()));

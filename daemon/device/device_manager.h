@@ -7,6 +7,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <new>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -87,6 +88,17 @@ struct OpenDevice {
   void applyClutch() const {
     (void)link->post(
         makeCommand(CommandKind::kSetClutch, SetClutch{index, clutch_held ? 1u : 0u, clutch_button, 0, {}}));
+  }
+  /** If a client's word holds it; tells the servo. */
+  void releaseClutch() {
+    if (!clutch_held) return;
+    clutch_held = false;
+    try {
+      applyClutch();
+    } catch (const std::bad_alloc&) {
+      clutch_held = true;
+      throw;
+    }
   }
   [[nodiscard]] const DeviceInfo& info() const { return link->group().device(index).info(); }
   [[nodiscard]] const Device& device() const { return link->group().device(index); }
@@ -211,9 +223,11 @@ class DeviceManager {
   void openNext(GroupOpening& opening);
   [[nodiscard]] bool readyFor(const GroupOpening& opening);
   void finish(GroupOpening& opening);
-  [[nodiscard]] Opening takeOpening(const std::string& canonical);
+  void takeOpening(const std::string& canonical, std::list<Opening>& to) noexcept;
   bool waitFor(const std::string& canonical, std::string_view text, Done& done);
-  [[nodiscard]] Result<void> adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>> opened);
+  [[nodiscard]] Result<void> adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>>& opened);
+  [[nodiscard]] Result<void> show(GroupLink& link);
+  void tellStart(OpenDevice& device, GroupLink& link) const;
   [[nodiscard]] GroupConfig groupOf(std::string_view uri);
   [[nodiscard]] Result<void> roomForGroup(const std::string& where) const;
   [[nodiscard]] const DeviceConfig* entryOf(const DeviceInfo& info) const;
@@ -238,7 +252,7 @@ class DeviceManager {
   std::vector<std::unique_ptr<GroupLink>> links_;
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;
-  std::vector<Opening> opening_;
+  std::list<Opening> opening_;
   std::list<GroupOpening> groups_opening_;  ///< In the order in which they were begun; each stays where it is.
   std::string culprit_;
   DeviceCloser closer_;

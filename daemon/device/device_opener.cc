@@ -18,10 +18,12 @@ Error noMemory() { return {ErrorCode::kSystem, "memory", {}, {}}; }
 }  // namespace
 
 void DeviceOpener::start(std::unique_ptr<Device> device, Done done) {
-  Running& running = running_.emplace_back();
+  std::list<Running> one(1);
+  Running& running = one.front();
+  running.uri = device->info().uri;
   running.device = std::move(device);
-  running.uri = running.device->info().uri;
   running.done = std::move(done);
+  running_.splice(running_.end(), one);  // Only now: one that never begins would never end.
   const auto open = [&running] {
     ::pthread_setname_np(::pthread_self(), "device-open");
     try {
@@ -34,11 +36,13 @@ void DeviceOpener::start(std::unique_ptr<Device> device, Done done) {
     running.finished.store(true, std::memory_order_release);  // R, pairs with A in poll() and stop()
   };
   try {
-    running.thread = std::thread(open);
-  } catch (const std::system_error& e) {  // no more threads for this user or service
-    running.result = Error{ErrorCode::kSystem, running.device->info().uri,
-                           std::string("no thread can be started: ") + e.what(), "raise TasksMax= or the user's nproc"};
-    running.finished.store(true);
+    try {
+      running.thread = std::thread(open);
+    } catch (const std::system_error& e) {  // no more threads for this user or service
+      running.result = Error{ErrorCode::kSystem, running.uri, std::string("no thread can be started: ") + e.what(),
+                             "raise TasksMax= or the user's nproc"};
+      running.finished.store(true);
+    }
   } catch (const std::bad_alloc&) {
     running.result = noMemory();
     running.finished.store(true);

@@ -61,7 +61,7 @@ DeviceGroup::Leaving GroupLink::stop() {
 }
 
 std::uint64_t GroupLink::post(const Command& command) {
-  outbox_.push_back(command);
+  outbox_.push(command);
   flush();
   return posted();
 }
@@ -70,7 +70,7 @@ bool GroupLink::flush() {
   while (!outbox_.empty() && group_->sent() - group_->taken() < kInFlight && group_->send(outbox_.front())) {
     const Command& sent = outbox_.front();
     if (sent.kind == CommandKind::kArm) off_[sent.as<DeviceRef>().device].kind = CommandKind::kNone;
-    outbox_.pop_front();
+    outbox_.pop();
     ++sent_;
   }
   return !outbox_.empty();

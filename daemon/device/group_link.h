@@ -5,11 +5,11 @@
 #pragma once
 
 #include <array>
-#include <deque>
 #include <memory>
 #include <string>
 
 #include "daemon/device/device_group.h"
+#include "daemon/device/outbox.h"
 #include "daemon/scene/command_sink.h"
 
 namespace hapticd {
@@ -97,7 +97,7 @@ class GroupLink final : public CommandSink {
   std::unique_ptr<MeshTable> meshes_;
   std::unique_ptr<DeviceGroup> group_;
   hd_region_a* monitor_ = nullptr;
-  std::deque<Command> outbox_;
+  Outbox outbox_;
   std::uint64_t sent_ = 0;    ///< Orders handed on from the outbox.
   std::uint64_t urgent_ = 0;  ///< Orders that overtook.
   std::array<Off, kMaxDevices> off_;

@@ -104,10 +104,15 @@ GroupConfig WantedGroups::next(const Wanted& wanted) {
 
 void WantedGroups::attempt(Wanted& wanted) {
   wanted.trying = true;
-  const GroupConfig group = next(wanted);
-  devices_.openGroup(
-      group, [this, &wanted, group](const Result<void>& result) { answered(wanted, group, result); },
-      [this, &wanted] { return turnOf(wanted); });
+  try {
+    const GroupConfig group = next(wanted);
+    devices_.openGroup(
+        group, [this, &wanted, group](const Result<void>& result) { answered(wanted, group, result); },
+        [this, &wanted] { return turnOf(wanted); });
+  } catch (const std::bad_alloc&) {  // poll() tries again.
+    wanted.trying = false;
+    throw;
+  }
 }
 
 void WantedGroups::answered(Wanted& wanted, const GroupConfig& tried, const Result<void>& result) {

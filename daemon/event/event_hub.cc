@@ -1,6 +1,7 @@
 #include "daemon/event/event_hub.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 namespace hapticd {
@@ -13,7 +14,7 @@ std::uint64_t EventHub::subscribe(std::uint32_t kinds, std::function<void()> wak
   return next_++;
 }
 
-void EventHub::publish(const Event& event) {
+void EventHub::publish(const Event& event) noexcept {
   const std::uint32_t bit = 1u << static_cast<std::uint32_t>(event.kind);
   for (auto& [id, subscriber] : subscribers_) {
     if ((subscriber.kinds & bit) == 0) continue;
@@ -21,13 +22,29 @@ void EventHub::publish(const Event& event) {
       ++subscriber.lost;
       continue;
     }
-    subscriber.queue.push_back(event);
-    if (subscriber.queue.size() == 1 && subscriber.wake) subscriber.wake();
+    try {
+      subscriber.queue.push_back(event);
+    } catch (const std::bad_alloc&) {
+      ++subscriber.lost;
+    }
+    if (subscriber.awake || subscriber.queue.empty() || !subscriber.wake) continue;
+    try {
+      subscriber.wake();
+      subscriber.awake = true;
+    } catch (const std::exception&) {  // With the next event.
+    }
   }
 }
 
-void EventHub::lost(std::uint64_t count) {
+void EventHub::lost(std::uint64_t count) noexcept {
   for (auto& [id, subscriber] : subscribers_) subscriber.lost += count;
+}
+
+void EventHub::notTold(std::uint64_t id, std::uint64_t count) noexcept {
+  const auto it = subscribers_.find(id);
+  if (it == subscribers_.end()) return;
+  it->second.lost += count;
+  it->second.awake = false;
 }
 
 EventHub::Batch EventHub::take(std::uint64_t id) {
@@ -40,6 +57,7 @@ EventHub::Batch EventHub::take(std::uint64_t id) {
                       std::make_move_iterator(subscriber.queue.begin() + static_cast<std::ptrdiff_t>(count)));
   subscriber.queue.erase(subscriber.queue.begin(), subscriber.queue.begin() + static_cast<std::ptrdiff_t>(count));
   if (!batch.events.empty()) batch.lost = std::exchange(subscriber.lost, 0);  // Else the next batch tells it.
+  subscriber.awake = !subscriber.queue.empty();
   return batch;
 }
 

@@ -27,13 +27,17 @@ class EventHub {
     std::uint64_t lost = 0;  ///< Events that did not fit since the last batch.
   };
 
-  /** `kinds`: a bit (1 << EventKind) each, 0 for all. `wake` is called when the queue stops being empty. */
+  /** `kinds`: a bit (1 << EventKind) each, 0 for all. `wake` is called when the queue stops being empty; again with the
+   * next event if it throws. */
   std::uint64_t subscribe(std::uint32_t kinds, std::function<void()> wake);
   void unsubscribe(std::uint64_t id) { subscribers_.erase(id); }
 
-  void publish(const Event& event);
-  /** Adds to what every subscriber is told it lost: the servo's own queue was full. */
-  void lost(std::uint64_t count);
+  /** An event for which there is no memory is lost: whoever publishes is in the middle of something. */
+  void publish(const Event& event) noexcept;
+  /** Adds to what every subscriber is told it lost: the servo's own queue was full, or an event could not be made. */
+  void lost(std::uint64_t count) noexcept;
+  /** That subscriber could not be told of so many that it had taken; it is woken again with the next event. */
+  void notTold(std::uint64_t id, std::uint64_t count) noexcept;
   /** Oldest first; empty when there is nothing to tell. */
   [[nodiscard]] Batch take(std::uint64_t id);
 
@@ -43,6 +47,7 @@ class EventHub {
     std::function<void()> wake;
     std::deque<Event> queue;
     std::uint64_t lost = 0;
+    bool awake = false;  ///< It takes until the queue is empty.
   };
   std::size_t queue_;
   std::map<std::uint64_t, Subscriber> subscribers_;

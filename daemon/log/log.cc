@@ -125,7 +125,7 @@ bool enabled(Level level) noexcept {
   return least != Level::kOff && level >= least;
 }
 
-std::string printable(std::string_view text) {
+std::string printable(std::string_view text) noexcept try {
   static constexpr char kHex[] = "0123456789abcdef";
   std::string out;
   out.reserve(text.size());
@@ -144,6 +144,8 @@ std::string printable(std::string_view text) {
     before = byte;
   }
   return out;
+} catch (const std::bad_alloc&) {
+  return {};
 }
 
 void write(Level level, std::string_view message) {
@@ -168,8 +170,10 @@ bool RateLimit::allow(std::int64_t now_ns, std::uint64_t& suppressed) noexcept {
   return true;
 }
 
-std::string suppressedNote(std::uint64_t suppressed) {
+std::string suppressedNote(std::uint64_t suppressed) noexcept try {
   return suppressed == 0 ? std::string() : fmt::format(" ({} suppressed)", suppressed);
+} catch (const std::bad_alloc&) {
+  return {};
 }
 
 }  // namespace hapticd::log

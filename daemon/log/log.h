@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 
 #include <cstdint>
+#include <new>
 #include <string>
 #include <string_view>
 
@@ -32,26 +33,36 @@ void setLevel(Level level);
  */
 [[nodiscard]] bool isJournalStream(std::string_view journal_stream, int fd);
 
-/** Control characters as \xNN: a client's name cannot forge a line or drive a terminal. */
-[[nodiscard]] std::string printable(std::string_view text);
+/** Control characters as \xNN: a client's name cannot forge a line or drive a terminal. "" for want of memory. */
+[[nodiscard]] std::string printable(std::string_view text) noexcept;
 
 void write(Level level, std::string_view message);
 
+/** A line for which there is no memory is lost: whoever logs is in the middle of something that must not end there. */
 template <class... Args>
-void debug(fmt::format_string<Args...> format, Args&&... args) {
-  if (enabled(Level::kDebug)) write(Level::kDebug, fmt::format(format, std::forward<Args>(args)...));
+void writeIf(Level level, fmt::format_string<Args...> format, Args&&... args) noexcept {
+  if (!enabled(level)) return;
+  try {
+    write(level, fmt::format(format, std::forward<Args>(args)...));
+  } catch (const std::bad_alloc&) {  // That is what is meant.
+  }
+}
+
+template <class... Args>
+void debug(fmt::format_string<Args...> format, Args&&... args) noexcept {
+  writeIf(Level::kDebug, format, std::forward<Args>(args)...);
 }
 template <class... Args>
-void info(fmt::format_string<Args...> format, Args&&... args) {
-  if (enabled(Level::kInfo)) write(Level::kInfo, fmt::format(format, std::forward<Args>(args)...));
+void info(fmt::format_string<Args...> format, Args&&... args) noexcept {
+  writeIf(Level::kInfo, format, std::forward<Args>(args)...);
 }
 template <class... Args>
-void warn(fmt::format_string<Args...> format, Args&&... args) {
-  if (enabled(Level::kWarn)) write(Level::kWarn, fmt::format(format, std::forward<Args>(args)...));
+void warn(fmt::format_string<Args...> format, Args&&... args) noexcept {
+  writeIf(Level::kWarn, format, std::forward<Args>(args)...);
 }
 template <class... Args>
-void error(fmt::format_string<Args...> format, Args&&... args) {
-  if (enabled(Level::kError)) write(Level::kError, fmt::format(format, std::forward<Args>(args)...));
+void error(fmt::format_string<Args...> format, Args&&... args) noexcept {
+  writeIf(Level::kError, format, std::forward<Args>(args)...);
 }
 
 /**
@@ -74,7 +85,7 @@ class RateLimit {
   bool started_ = false;
 };
 
-/** "" for 0, else " (n suppressed)". */
-[[nodiscard]] std::string suppressedNote(std::uint64_t suppressed);
+/** "" for 0, else " (n suppressed)"; "" for want of memory. */
+[[nodiscard]] std::string suppressedNote(std::uint64_t suppressed) noexcept;
 
 }  // namespace hapticd::log

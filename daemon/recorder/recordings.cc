@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <new>
 
 #include "daemon/ipc/snapshot_memory.h"
 #include "daemon/log/log.h"
@@ -192,12 +193,19 @@ void Recordings::stop(std::uint64_t id, Done done) {
   endRecording(it->second, "stopped");
 }
 
-void Recordings::drop(std::uint64_t id) {
+void Recordings::drop(std::uint64_t id) noexcept {
   const auto it = all_.find(id);
   if (it == all_.end()) return;
   it->second.dropped = true;
   it->second.done.clear();
-  endRecording(it->second, stopping_ ? kDaemonStops : "its client has left");
+  try {
+    endDropped(it->second);
+  } catch (const std::bad_alloc&) {  // poll() does.
+  }
+}
+
+void Recordings::endDropped(Recording& recording) {
+  endRecording(recording, stopping_ ? kDaemonStops : "its client has left");
 }
 
 void Recordings::sessionOpens(const GroupLink& link, std::uint32_t uid) {
@@ -230,6 +238,7 @@ void Recordings::poll() {
     Recording& recording = it->second;
     Recorder& recorder = *recording.recorder;
     if (recording.reason.empty() && recorder.done()) endRecording(recording, recorder.end().reason);
+    if (recording.dropped) endDropped(recording);
     const bool let_go = !recording.reason.empty() && letGo(recording);
     const bool servo_dead = !recording.reason.empty() && clock_.now() - recording.ending_since_ns > kServoPatienceNs;
     if (let_go || servo_dead) recorder.finish(recording.reason);

@@ -40,8 +40,8 @@ class Recordings {
   [[nodiscard]] Result<Started> start(OpenDevice& device, const Client& by, const DeviceManager& devices);
   /** `done` is called once, from poll(), when all is written, whoever else asked. Unknown ids are done at once. */
   void stop(std::uint64_t id, Done done);
-  /** Nobody reads it any more. */
-  void drop(std::uint64_t id);
+  /** Nobody reads it any more. Where there is no memory to end it a later poll() does. */
+  void drop(std::uint64_t id) noexcept;
   /** Whoever is dropped from now on has not left, but is left. */
   void daemonStops() { stopping_ = true; }
 
@@ -72,6 +72,7 @@ class Recordings {
   };
 
   void endRecording(Recording& recording, const std::string& reason);
+  void endDropped(Recording& recording);
   [[nodiscard]] static bool letGo(const Recording& recording);
   /** All is written, and the servo has let go: only its client's handle is still there. */
   [[nodiscard]] static bool isOver(const Recording& recording);

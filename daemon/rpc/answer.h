@@ -42,7 +42,16 @@ template <class Body>
 /** Runs `body(params, results)`, which returns Result<void>, and sets the status of the answer. */
 template <class Context, class Body>
 kj::Promise<void> answer(Context context, Body&& body) {
+  kj::Promise<void> done = kj::READY_NOW;  // First: what is done for want of nothing is told so.
   const Result<void> result = caught([&] { return body(context.getParams(), context.getResults()); });
+  setStatus(context.getResults().initStatus(), result);
+  return done;
+}
+
+/** As answer(), with `body(params)`, which comes before all that the answer needs memory for: what makes safe. */
+template <class Context, class Body>
+kj::Promise<void> answerAfter(Context context, Body&& body) {
+  const Result<void> result = caught([&] { return body(context.getParams()); });
   setStatus(context.getResults().initStatus(), result);
   return kj::READY_NOW;
 }
@@ -51,8 +60,20 @@ kj::Promise<void> answer(Context context, Body&& body) {
 template <class Context>
 class LaterAnswer {
  public:
-  LaterAnswer(Context context, kj::Own<kj::PromiseFulfiller<void>> fulfiller)
-      : context_(context), fulfiller_(kj::mv(fulfiller)) {}
+  explicit LaterAnswer(Context context) : context_(context) { (void)context_.getResults(); }  // Now it can be refused.
+  /** Whoever should have answered had no memory to: so the caller hears. */
+  ~LaterAnswer() {
+    if (fulfiller_.get() != nullptr) done(Error{ErrorCode::kSystem, "memory", {}, {}});
+  }
+  LaterAnswer(const LaterAnswer&) = delete;
+  LaterAnswer& operator=(const LaterAnswer&) = delete;
+
+  /** Before anything else. */
+  [[nodiscard]] kj::Promise<void> promise() {
+    auto paf = kj::newPromiseAndFulfiller<void>();
+    fulfiller_ = kj::mv(paf.fulfiller);
+    return kj::mv(paf.promise);
+  }
   [[nodiscard]] bool waiting() { return fulfiller_->isWaiting(); }
   void done(const Result<void>& result) {
     if (!fulfiller_->isWaiting()) return;
@@ -74,11 +95,11 @@ class LaterAnswer {
  */
 template <class Context, class Ask>
 kj::Promise<void> answerLater(Context context, Ask&& ask) {
-  auto paf = kj::newPromiseAndFulfiller<void>();
-  auto later = std::make_shared<LaterAnswer<Context>>(context, kj::mv(paf.fulfiller));
+  auto later = std::make_shared<LaterAnswer<Context>>(context);
+  auto promise = later->promise();
   const Result<void> asked = caught([&]() -> Result<void> { return ask(context.getParams(), later); });
   if (!asked) later->done(asked);
-  return kj::mv(paf.promise);
+  return promise;
 }
 
 }  // namespace hapticd

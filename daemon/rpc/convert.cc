@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <new>
+
 namespace hapticd {
 namespace {
 
@@ -33,10 +35,13 @@ void setStatus(proto::Status::Builder out, const Result<void>& result) {
   if (result) return;
   const Error& error = result.error();
   out.setCode(static_cast<std::uint16_t>(error.code));
-  out.setWhere(text(error.where));
-  out.setWhat(error.what.empty() ? capnp::Text::Reader(describe(error.code).data(), describe(error.code).size())
-                                 : text(error.what));
-  out.setRemedy(text(error.remedy));
+  try {
+    out.setWhere(text(error.where));
+    out.setWhat(error.what.empty() ? capnp::Text::Reader(describe(error.code).data(), describe(error.code).size())
+                                   : text(error.what));
+    out.setRemedy(text(error.remedy));
+  } catch (const std::bad_alloc&) {  // The code says it.
+  }
 }
 
 Result<std::string> readText(capnp::Text::Reader in, std::size_t most, const char* where) {

@@ -12,6 +12,7 @@ Result<std::string> readUri(capnp::Text::Reader in) { return readText(in, kMostU
 
 template <class Results>
 void writeSession(Results results, Core& core, const Session& session) {
+  KJ_ON_SCOPE_FAILURE(core.sessions().end(session.id, "it could not be handed out"));
   results.setSession(kj::heap<SessionServer>(core, session.id));
   auto info = results.initInfo();
   info.setId(session.id);
@@ -174,13 +175,17 @@ kj::Promise<void> DaemonServer::subscribe(SubscribeContext context) {
     }
     const Clients::Subscriber by{client().uid, client().administration};
     if (auto r = core_.clients().subscriptionOpened(by); !r) return r;
-    results.setSubscription(kj::heap<SubscriptionServer>(core_, by, params.getListener(), params.getKinds()));
+    bool made = false;  // Then it counts for itself.
+    KJ_DEFER(if (!made) core_.clients().subscriptionDropped(by));
+    auto subscription = kj::heap<SubscriptionServer>(core_, by, params.getListener(), params.getKinds());
+    made = true;
+    results.setSubscription(kj::mv(subscription));
     return {};
   });
 }
 
 kj::Promise<void> DaemonServer::stop(StopContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
+  return answerAfter(context, [&](auto params) -> Result<void> {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
     return core_.stop(*uri, connection_);

@@ -94,9 +94,11 @@ kj::Promise<void> SceneServer::setShape(SetShapeContext context) {
 
 kj::Promise<void> SceneServer::beginUpload(BeginUploadContext context) {
   return answer(context, [&](auto params, auto results) -> Result<void> {
+    auto upload = kj::heap<UploadServer>(core_, core_.client(connection_).uid);  // First: without it nothing begins.
     auto id = core_.uploads().begin(params.getBytes(), core_.client(connection_));
     if (!id) return id.error();
-    results.setUpload(kj::heap<UploadServer>(core_, *id, core_.client(connection_).uid));
+    upload->hold(*id);
+    results.setUpload(kj::mv(upload));
     return {};
   });
 }

@@ -15,6 +15,7 @@ class RegionServer final : public proto::Region::Server {
  public:
   RegionServer(Core& core, std::uint32_t uid, UniqueFd fd) : core_(core), uid_(uid), fd_(std::move(fd)) {}
   ~RegionServer() {
+    if (!counts_) return;
     core_.uploads().close(std::move(fd_), [&core = core_, uid = uid_] { core.clients().regionDropped(uid); });
   }
   RegionServer(const RegionServer&) = delete;
@@ -24,14 +25,17 @@ class RegionServer final : public proto::Region::Server {
   /** One more for that user, or why not. */
   [[nodiscard]] static Result<proto::Region::Client> handOut(Core& core, std::uint32_t uid, Result<UniqueFd> fd) {
     if (!fd) return fd.error();
+    auto region = kj::heap<RegionServer>(core, uid, std::move(*fd));  // First: from then on it counts for itself.
     if (auto r = core.clients().regionHandedOut(uid); !r) return r.error();
-    return proto::Region::Client(kj::heap<RegionServer>(core, uid, std::move(*fd)));
+    region->counts_ = true;
+    return proto::Region::Client(kj::mv(region));
   }
 
  private:
   Core& core_;
   std::uint32_t uid_;
   UniqueFd fd_;
+  bool counts_ = false;
 };
 
 class SessionServer final : public proto::Session::Server {
@@ -80,7 +84,9 @@ class RecordingServer final : public proto::Recording::Server {
 
 class UploadServer final : public proto::Upload::Server {
  public:
-  UploadServer(Core& core, std::uint64_t id, std::uint32_t uid) : core_(core), id_(id), uid_(uid) {}
+  UploadServer(Core& core, std::uint32_t uid) : core_(core), uid_(uid) {}
+  /** From here on the upload ends with this, if not before. */
+  void hold(std::uint64_t id) noexcept { id_ = id; }
   ~UploadServer() { core_.uploads().cancel(id_); }
   UploadServer(const UploadServer&) = delete;
   UploadServer& operator=(const UploadServer&) = delete;
@@ -92,7 +98,7 @@ class UploadServer final : public proto::Upload::Server {
 
  private:
   Core& core_;
-  std::uint64_t id_;
+  std::uint64_t id_ = 0;
   std::uint32_t uid_;
 };
 
@@ -142,9 +148,9 @@ class SubscriptionServer final : public proto::Subscription::Server, private kj:
   Core& core_;
   Clients::Subscriber by_;
   proto::EventListener::Client listener_;
-  std::uint64_t id_;
   bool pumping_ = false;
   kj::TaskSet tasks_;
+  std::uint64_t id_;  // Last: nothing may fail once the hub knows of it.
 };
 
 /** What a connection gets first. */

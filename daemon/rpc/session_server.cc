@@ -28,7 +28,7 @@ kj::Promise<void> SessionServer::acquireLease(AcquireLeaseContext context) {
 }
 
 kj::Promise<void> SessionServer::releaseLease(ReleaseLeaseContext context) {
-  return answer(context, [&](auto, auto) { return core_.releaseLease(id_); });
+  return answerAfter(context, [&](auto) { return core_.releaseLease(id_); });
 }
 
 kj::Promise<void> SessionServer::arm(ArmContext context) {
@@ -39,7 +39,7 @@ kj::Promise<void> SessionServer::arm(ArmContext context) {
 }
 
 kj::Promise<void> SessionServer::disarm(DisarmContext context) {
-  return answer(context, [&](auto, auto) { return core_.disarm(id_); });
+  return answerAfter(context, [&](auto) { return core_.disarm(id_); });
 }
 
 }  // namespace hapticd

@@ -8,27 +8,34 @@ SubscriptionServer::SubscriptionServer(Core& core, const Clients::Subscriber& by
     : core_(core),
       by_(by),
       listener_(kj::mv(listener)),
-      id_(core.events().subscribe(kinds, [this] { wake(); })),
-      tasks_(*this) {}
+      tasks_(*this),
+      id_(core.events().subscribe(kinds, [this] { wake(); })) {}
 
 void SubscriptionServer::wake() {
   if (pumping_) return;
-  pumping_ = true;
   // Later: whoever publishes is in the middle of something, and the next events then share a call.
   tasks_.add(kj::evalLater([this] { return pump(); }));
+  pumping_ = true;  // Only now: there may be no memory for it.
 }
 
 kj::Promise<void> SubscriptionServer::pump() {
-  const EventHub::Batch batch = core_.events().take(id_);
-  if (batch.events.empty()) {
+  EventHub::Batch batch;
+  try {
+    batch = core_.events().take(id_);
+    if (batch.events.empty()) {
+      pumping_ = false;
+      return kj::READY_NOW;
+    }
+    auto request = listener_.eventsRequest();
+    request.setLost(batch.lost);
+    auto list = request.initEvents(static_cast<unsigned>(batch.events.size()));
+    for (unsigned i = 0; i < batch.events.size(); ++i) write(list[i], batch.events[i]);
+    return request.send().ignoreResult().then([this] { return pump(); });
+  } catch (const std::bad_alloc&) {  // These are lost, but whoever listens hears of the next.
     pumping_ = false;
+    core_.events().notTold(id_, batch.events.size() + batch.lost);
     return kj::READY_NOW;
   }
-  auto request = listener_.eventsRequest();
-  request.setLost(batch.lost);
-  auto list = request.initEvents(static_cast<unsigned>(batch.events.size()));
-  for (unsigned i = 0; i < batch.events.size(); ++i) write(list[i], batch.events[i]);
-  return request.send().ignoreResult().then([this] { return pump(); });
 }
 
 void SubscriptionServer::taskFailed(kj::Exception&& exception) {

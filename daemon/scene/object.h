@@ -23,6 +23,7 @@ struct Client {
   std::uint32_t uid = 0;
   bool administration = false;  ///< It came by the administration socket.
   bool stop_only = false;       ///< Beyond the connections of its user, or of all: it may stop devices, and no more.
+  bool left = false;            ///< It has gone, but not yet all that it had.
 };
 
 /** Geometry with the mesh by its id. */

@@ -40,18 +40,20 @@ Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
                  "remove some, or raise quotas.objects in the configuration"};
   }
   if (auto r = accepting(); !r) return r.error();
-  const std::uint32_t slot = takeSlot();
+  const std::uint32_t slot = free_.first();
   if (slot == 0) {
     return Error{ErrorCode::kQuotaExceeded, "object",
                  fmt::format("the scene holds {} objects, its most", kMaxObjects - 1), "remove some"};
   }
+  Client owner = by;
+  by_name_.emplace(spec.name, slot);  // The last that may fail for want of memory.
+  takeFreeSlot();
   Object& object = slots_[slot];
   object = {};
   object.spec = std::move(spec);
-  object.owner = by;
+  object.owner = std::move(owner);
   object.id = makeObjectId(slot, generation_[slot]);
   object.parent_slot = parent;
-  by_name_.emplace(object.spec.name, slot);
   if (object.spec.shape.kind == ShapeKind::kMesh) meshes_.use(object.spec.shape.mesh);
   textures_.use(object.spec.surface.relief);
   textures_.use(object.spec.surface.vibration);
@@ -64,19 +66,18 @@ Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
 Result<void> SceneModel::remove(std::string_view name, const Client& by) {
   Object* object = lookUp(name);
   if (object == nullptr) return notFound(name, "name");
-  std::vector<std::uint32_t> subtree{objectSlot(object->id)};
-  for (std::size_t i = 0; i < subtree.size(); ++i) {
-    const Object& o = slots_[subtree[i]];
+  const std::vector<std::uint32_t> subtree = subtreeOf(objectSlot(object->id));
+  for (const std::uint32_t slot : subtree) {
+    const Object& o = slots_[slot];
     if (!mayRemove(o.owner, by)) {
       const std::string maker = o.owner.name.empty() ? std::string() : fmt::format("'{}' of ", o.owner.name);  // Left.
       return Error{ErrorCode::kPermissionDenied, "name",
                    fmt::format("'{}' belongs to {}user {}", o.spec.name, maker, o.owner.uid),
                    "ask that user, or use the administration socket"};
     }
-    for (const std::uint32_t child : childSlots(subtree[i])) subtree.push_back(child);
   }
   if (auto r = accepting(); !r) return r;
-  removeSubtree(subtree.front());
+  removeAll(subtree);
   return {};
 }
 
@@ -260,7 +261,7 @@ void SceneModel::clientLeft(std::uint64_t connection) {
     if (object.id == 0 || object.owner.connection != connection) continue;
     const Object* const heir = object.spec.keep ? &object : foreign(slot);
     if (heir == nullptr) {
-      removeSubtree(slot);
+      removeAll(subtreeOf(slot));
       continue;
     }
     object.owner = heir->owner;
@@ -279,30 +280,36 @@ Result<void> SceneModel::checkShapeMesh(const ShapeSpec& shape, const std::strin
                "upload it first"};
 }
 
-void SceneModel::removeSubtree(std::uint32_t slot) {
-  for (const std::uint32_t child : childSlots(slot)) removeSubtree(child);
+std::vector<std::uint32_t> SceneModel::subtreeOf(std::uint32_t slot) const {
+  std::vector<std::uint32_t> subtree{slot};
+  for (std::size_t i = 0; i < subtree.size(); ++i) {
+    for (const std::uint32_t child : childSlots(subtree[i])) subtree.push_back(child);
+  }
+  return subtree;
+}
+
+/** What is below goes first. */
+void SceneModel::removeAll(const std::vector<std::uint32_t>& subtree) {
+  for (auto slot = subtree.rbegin(); slot != subtree.rend(); ++slot) removeOne(*slot);
+}
+
+void SceneModel::removeOne(std::uint32_t slot) {
   Object& object = slots_[slot];
   post(object, makeCommand(CommandKind::kRemoveObject, ObjectRef{object.id}));
   if (object.spec.shape.kind == ShapeKind::kMesh) meshes_.release(object.spec.shape.mesh);
   textures_.release(object.spec.surface.relief);
   textures_.release(object.spec.surface.vibration);
-  const std::string name = object.spec.name;
+  const std::string name = std::move(object.spec.name);
   by_name_.erase(name);
   object = {};
-  free_.push_back(slot);
+  free_.giveBack(slot);
   changed(name, "removed");
 }
 
-std::uint32_t SceneModel::takeSlot() {
-  if (!free_filled_) {
-    for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) free_.push_back(slot);
-    free_filled_ = true;
-  }
-  if (free_.empty()) return 0;
-  const std::uint32_t slot = free_.front();
-  free_.pop_front();
+void SceneModel::takeFreeSlot() noexcept {
+  const std::uint32_t slot = free_.first();
+  free_.takeFirst();
   if (++generation_[slot] == 0) generation_[slot] = 1;
-  return slot;
 }
 
 }  // namespace hapticd

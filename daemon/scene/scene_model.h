@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
 #include <string>
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "daemon/scene/command_sink.h"
+#include "daemon/scene/free_slots.h"
 #include "daemon/scene/mesh/mesh_store.h"
 #include "daemon/scene/object.h"
 #include "daemon/scene/texture/texture_store.h"
@@ -141,7 +141,10 @@ class SceneModel {
   [[nodiscard]] static Command poseCommand(const Object& object);
   [[nodiscard]] static Command materialCommand(const Object& object);
   [[nodiscard]] static Command flagsCommand(const Object& object);
-  void removeSubtree(std::uint32_t slot);
+  /** The slot and all below it, each after its parent. */
+  [[nodiscard]] std::vector<std::uint32_t> subtreeOf(std::uint32_t slot) const;
+  void removeAll(const std::vector<std::uint32_t>& subtree);
+  void removeOne(std::uint32_t slot);
   std::vector<std::uint32_t> childSlots(std::uint32_t slot) const;
   /**
    * Takes over what clients changed through their rings. Before each edit: after it the board tells nothing of that
@@ -156,7 +159,7 @@ class SceneModel {
   ObjectNow describe(std::uint32_t slot);
   Pose worldPoseOf(std::uint32_t slot);
   std::string pathOf(std::uint32_t slot) const;
-  std::uint32_t takeSlot();
+  void takeFreeSlot() noexcept;
   void changed(const std::string& name, const char* what) {
     if (changed_) changed_(name, what);
   }
@@ -169,8 +172,7 @@ class SceneModel {
   std::array<CommandSink*, kMaxGroups> sinks_{};
   std::array<Object, kMaxObjects> slots_;
   std::array<std::uint16_t, kMaxObjects> generation_{};
-  std::deque<std::uint32_t> free_;  ///< Longest free first, so that a stale id stays refused for long.
-  bool free_filled_ = false;
+  FreeSlots free_;
   std::map<std::string, std::uint32_t, std::less<>> by_name_;
 };
 

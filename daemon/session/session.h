@@ -62,6 +62,7 @@ struct Session {
   bool detached = false;        ///< Ingest has let go.
   bool fading = false;          ///< The last loss order is posted; `ticket` is its.
   bool fade_started = false;    ///< The servo has it.
+  bool free_sent = false;       ///< The order to give the slot back is posted; `ticket` is its.
   std::uint64_t fade_tick = 0;  ///< Servo tick when it had it.
   std::string why;              ///< Why it ended.
   /** Of what the servo refuses, told to subscribers. */

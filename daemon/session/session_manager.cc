@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <new>
 
 #include "daemon/log/log.h"
 #include "rt/ring/state.h"
@@ -86,28 +87,40 @@ Result<void> SessionManager::mapped(std::uint64_t id) {
   return {};
 }
 
-void SessionManager::end(std::uint64_t id, std::string why) {
+void SessionManager::end(std::uint64_t id, std::string_view why) noexcept {
   Session* session = find(id);
   if (session == nullptr) return;
-  session->why = std::move(why);
+  try {
+    session->why = why;
+  } catch (const std::bad_alloc&) {  // Nobody is told why.
+  }
   const bool added = session->state != Session::State::kOffered;
   const bool attached = session->state == Session::State::kLive;
   log::info("session {} of '{}' (pid {}) ends: {}", id, log::printable(session->client.name), session->client.pid,
             session->why);
   session->regions.markEnded();
   if (hooks_.ending) hooks_.ending(*session);
-  if (attached) {
-    (void)session->link->post(sessionCommand(CommandKind::kLoseSession, *session));
-    session->state = Session::State::kEnding;
-  } else {
-    if (added) session->ticket = session->link->post(sessionCommand(CommandKind::kFreeSession, *session));
-    session->state = Session::State::kFreeing;
+  session->state = attached ? Session::State::kEnding : Session::State::kFreeing;
+  session->free_sent = !added;  // Nothing is to be given back.
+  if (!added) return;
+  try {
+    if (attached) {
+      (void)session->link->post(sessionCommand(CommandKind::kLoseSession, *session));
+    } else {
+      postFree(*session);
+    }
+  } catch (const std::bad_alloc&) {  // step() orders it.
   }
 }
 
-void SessionManager::endAllOf(std::uint64_t connection, const std::string& why) {
-  for (Session* session : all()) {
-    if (session->client.connection == connection) end(session->id, why);
+void SessionManager::postFree(Session& session) {
+  session.ticket = session.link->post(sessionCommand(CommandKind::kFreeSession, session));
+  session.free_sent = true;
+}
+
+void SessionManager::endAllOf(std::uint64_t connection, std::string_view why) noexcept {
+  for (const auto& [id, session] : sessions_) {
+    if (session->client.connection == connection) end(id, why);
   }
 }
 
@@ -169,11 +182,12 @@ bool SessionManager::step(Session& session, std::int64_t now_ns) {
       const CycleConfig& cycle = link.group().options().cycle;
       const auto fade_ticks = static_cast<std::uint64_t>(cycle.loss_fade_ns / cycle.period_ns) + 2;
       if (tick < session.fade_tick + fade_ticks) return false;
-      session.ticket = link.post(sessionCommand(CommandKind::kFreeSession, session));
+      postFree(session);
       session.state = Session::State::kFreeing;
       return false;
     }
     case Session::State::kFreeing:
+      if (!session.free_sent) postFree(session);
       if (!link.passed(session.ticket)) return false;
       servo.ports[session.slot].region.store(nullptr, std::memory_order_release);
       return true;

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "daemon/session/session.h"
@@ -27,7 +28,7 @@ class SessionManager {
 
   /** What the owner is told. */
   struct Hooks {
-    std::function<void(Session&)> ending;  ///< The client is gone; its lease is to be taken back.
+    std::function<void(Session&)> ending;  ///< The client is gone; its lease is to be taken back. Must not throw.
     std::function<Result<void>(std::uint32_t uid, std::uint64_t bytes)> quota;
     std::function<void(const Session&, ErrorCode, const std::string& what)> refused;  ///< Something that it pushed.
   };
@@ -38,9 +39,9 @@ class SessionManager {
   /** Offers the regions of a new session. The client then maps them and calls mapped() within kHandshakeNs. */
   [[nodiscard]] Result<Session*> open(OpenDevice& device, const Client& client, std::int64_t now_ns);
   [[nodiscard]] Result<void> mapped(std::uint64_t id);
-  /** The client is gone or is to go. Unknown ids are ignored. */
-  void end(std::uint64_t id, std::string why);
-  void endAllOf(std::uint64_t connection, const std::string& why);
+  /** The client is gone or is to go. Unknown ids are ignored. Where there is no memory it ends all the same. */
+  void end(std::uint64_t id, std::string_view why) noexcept;
+  void endAllOf(std::uint64_t connection, std::string_view why) noexcept;
 
   /** Steps every session: reports of ingest, time-outs, fades, freeing. Call every few milliseconds. */
   void poll(std::int64_t now_ns);
@@ -70,6 +71,8 @@ class SessionManager {
  private:
   /** True when the session is over and its memory can go. */
   bool step(Session& session, std::int64_t now_ns);
+  /** Orders the servo to give its slot back. */
+  static void postFree(Session& session);
 
   Options options_;
   Hooks hooks_;

@@ -33,6 +33,7 @@ struct ShelfEntry {
   Info info;  ///< With id, bytes, uses and owner.
   std::map<CommandSink*, Copy> copies;
   bool dropped = false;
+  bool forsaken = false;                            ///< It goes with its last use.
   std::map<CommandSink*, std::uint64_t> waits_for;  ///< Ticket each servo has to pass before the memory goes.
 };
 
@@ -123,21 +124,23 @@ class Shelf {
       if (entries_[index]->info.owner.connection == connection) ids.push_back(id);
     }
     for (const std::uint64_t id : ids) {
-      auto& info = find(id)->info;
-      info.owner.connection = 0;
-      if (info.uses == 0) (void)drop(id, info.owner);
+      Entry& entry = *find(id);
+      entry.info.owner.connection = 0;
+      entry.forsaken = true;
+      dropForsaken(entry);
     }
   }
 
   void use(std::uint64_t id) {
     if (Entry* entry = find(id)) ++entry->info.uses;
   }
-  void release(std::uint64_t id) {
+  void release(std::uint64_t id) noexcept {
     Entry* entry = find(id);
     if (entry == nullptr) return;
     auto& info = entry->info;
     if (info.uses > 0) --info.uses;
-    if (info.uses == 0 && info.owner.connection == 0) (void)drop(id, info.owner);
+    entry->forsaken = entry->forsaken || info.owner.connection == 0;
+    dropForsaken(*entry);
   }
 
   /** Publishes everything to a new sink; nothing is left of it if that fails. */
@@ -167,6 +170,7 @@ class Shelf {
   void reclaim(Unpublish&& unpublish, GiveBack&& give_back) {
     for (std::uint32_t i = 0; i < kMost; ++i) {
       Entry* entry = entries_[i].get();
+      if (entry != nullptr && !entry->dropped) dropForsaken(*entry);
       if (entry == nullptr || !entry->dropped) continue;
       const bool all = std::all_of(entry->waits_for.begin(), entry->waits_for.end(),
                                    [](const auto& wait) { return wait.first->passed(wait.second); });
@@ -206,6 +210,14 @@ class Shelf {
   }
 
  private:
+  /** Without memory reclaim() does. */
+  void dropForsaken(Entry& entry) noexcept {
+    if (!entry.forsaken || entry.info.uses != 0) return;
+    try {
+      (void)drop(entry.info.id, entry.info.owner);
+    } catch (const std::bad_alloc&) {  // Later.
+    }
+  }
   [[nodiscard]] std::uint32_t firstFree() const {
     return static_cast<std::uint32_t>(std::find(entries_.begin(), entries_.end(), nullptr) - entries_.begin());
   }

@@ -189,11 +189,12 @@ void Uploads::layOut(std::uint64_t id, Texture parsed) {
       [texture, periods = textures_.periodsFor(*texture), lock = textures_.locks()] {
         return layOutAll(*texture, periods, lock);
       },
-      [this, id, texture](Upload&, Result<LaidOut> made) {
+      [this, id, texture](Upload& back, Result<LaidOut> made) {
         if (!made) return fail(id, made.error(), texture);
+        // Before the upload is over: if there is no memory for it, step() tells whoever waits.
+        auto added = textures_.add(std::move(*texture), back.by, std::move(*made));
+        if (added) log::info("texture {} of '{}'", *added, log::printable(back.by.name));
         const Upload done = take(id);
-        auto added = textures_.add(std::move(*texture), done.by, std::move(*made));
-        if (added) log::info("texture {} of '{}'", *added, log::printable(done.by.name));
         done.texture_done(added);
       });
 }

@@ -144,6 +144,9 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
   constexpr std::int64_t kGone_ns = 1'000'000'000;
   const std::int64_t last_ns = servo_->counters.last_cycle_ns.load(std::memory_order_relaxed);
   if (last_ns != 0 && clock_.now() - last_ns > kGone_ns) return late;
+  // Nor is one that was found so before, as in its first cycle, and has ended none since.
+  const std::uint64_t cycles = servo_->counters.cycles.load(std::memory_order_acquire);  // A7
+  if (late_at_ == cycles + 1) return late;
   // Each has its number: a servo that came too late to the last one is not taken to stand in this.
   const std::uint64_t stand = ++stands_;
   hold_.store(stand, std::memory_order_release);            // R4
@@ -160,6 +163,7 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
     }
     clock_.sleepUntil(clock_.now() + kLookNs);
   }
+  late_at_ = cycles + 1;
   return late;
 }
 

@@ -113,6 +113,7 @@ class DeviceGroup {
   bool realtime_ = false;
   std::string note_;
   std::uint64_t stands_ = 0;
+  std::uint64_t late_at_ = 0;  ///< Cycles + 1 before a stand to which it did not come; 0: there was none.
   std::uint64_t sent_ = 0;
   std::uint64_t taken_ = 0;
 };

@@ -61,7 +61,10 @@ class DetainedDevice final : public StillDevice {
 
 class Stand : public testing::Test {
  protected:
-  Stand() {
+  Stand() : Stand(false) {}
+  /** `detained`: in its first cycle. */
+  explicit Stand(bool detained) {
+    clock.in_device.store(detained);
     auto device = std::make_unique<DetainedDevice>(clock);
     device_ = device.get();
     std::vector<std::unique_ptr<Device>> devices;
@@ -72,7 +75,7 @@ class Stand : public testing::Test {
     auto started = DeviceGroup::start(options, std::move(devices), meshes, clock);
     EXPECT_TRUE(started.ok()) << toString(started.error());
     group = std::move(*started);
-    awaitReads(2);
+    while (device_->reads < (detained ? 1 : 2)) std::this_thread::yield();
   }
   ~Stand() override {
     letGo();
@@ -136,6 +139,22 @@ TEST_F(Stand, AServoThatDoesNotComeBackIsNotWaitedForAgain) {
   EXPECT_GT(clock.looks, 0);
   const std::int64_t until_ns = clock.now() + 1200 * kMs;
   while (clock.now() < until_ns) ::usleep(1000);
+  clock.looks = 0;
+  EXPECT_EQ(stand([](Servo&) { FAIL(); }), ErrorCode::kTimeout);
+  EXPECT_EQ(clock.looks, 0);
+  letGo();
+  awaitReads(2);
+  EXPECT_EQ(stand([](Servo&) {}), ErrorCode::kOk);
+}
+
+class StandInTheFirstCycle : public Stand {
+ protected:
+  StandInTheFirstCycle() : Stand(true) {}
+};
+
+TEST_F(StandInTheFirstCycle, AServoThatDoesNotComeBackIsWaitedForOnce) {
+  EXPECT_EQ(stand([](Servo&) { FAIL(); }), ErrorCode::kTimeout);
+  EXPECT_GT(clock.looks, 0);
   clock.looks = 0;
   EXPECT_EQ(stand([](Servo&) { FAIL(); }), ErrorCode::kTimeout);
   EXPECT_EQ(clock.looks, 0);

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Finds constants, types and functions of unnamed namespaces that two files of one program have: compiled in batches
-(HAPTICD_UNITY, tools/cmake/Settings.cmake) they would clash, and then only in a build of that kind. So would those that a
-header of the program has. And constants that a class of the same folder has as well: its functions take its own, silently.
+(HAPTICD_UNITY, tools/cmake/Settings.cmake) they would clash, and then only in a build of that kind. So would those of a
+header that one of its files includes. And constants that a class of the same folder has as well: its functions take its
+own, silently.
 
 Usage: names.py ROOT. Prints each name with the files that have it, and exits 1.
 """
@@ -24,6 +25,8 @@ SCOPE = re.compile(r"(?:inline\s+)?namespace\s*([\w:]*)\s*$")
 TYPE = re.compile(r"^(?:struct|class|union|enum(?:\s+class)?)\s+(?:alignas\(\w+\)\s*)?(\w+)")
 CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*(?=[=\[{(,]|$)")
 MEMBER = re.compile(r"^\s+static constexpr [^=;{(]*?\b(k[A-Z]\w*)\b", re.M)
+INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
+OPEN = re.compile(r"^namespace \w+(::test)? \{", re.M)  # One that others are in.
 SHARED = re.compile(r"^inline constexpr [^=;{(]*?\b(k[A-Z]\w*)\b", re.M)
 FUNCTION = re.compile(r"\b([a-z]\w*)\s*\((.*)\)[^()]*$", re.S)
 
@@ -79,6 +82,12 @@ def names(path):
             yield f"{function.group(1)}({types(function.group(2))})"
 
 
+def headers(root, files):
+    """Those of the tree that the files include themselves."""
+    named = {name for path in files for name in INCLUDE.findall(path.read_text(encoding="utf-8"))}
+    return sorted(root / name for name in named if (root / name).is_file())
+
+
 def main():
     root = pathlib.Path(sys.argv[1]).resolve()
     programs = collections.defaultdict(list)
@@ -95,8 +104,9 @@ def main():
     found = 0
     for program, files in programs.items():
         have = collections.defaultdict(set)
-        for header in sorted((root / program).rglob("*.h")) if program in PROGRAMS else ():
-            for name in SHARED.findall(header.read_text(encoding="utf-8")):
+        for header in headers(root, files):
+            text = header.read_text(encoding="utf-8")
+            for name in SHARED.findall(text) if OPEN.search(text) else ():
                 have[name].add(header)
         for path in files:
             for name in names(path):

@@ -22,7 +22,7 @@ namespace {
 constexpr double kAsBefore = 1e-9;  // [N], [N m]
 constexpr double kScaled = 1e-8;    // Far from the origin a small world's places round more to the hand [N], [N m].
 constexpr double kSolved = 1e-7;    // What the solver of a tool's contacts leaves open [N], [N m].
-constexpr std::uint32_t kFloor = makeObjectId(1, 1), kBall = makeObjectId(2, 1), kBox = makeObjectId(3, 1),
+constexpr std::uint32_t kGround = makeObjectId(1, 1), kBall = makeObjectId(2, 1), kBox = makeObjectId(3, 1),
                         kGuide = makeObjectId(4, 1), kTool = makeObjectId(5, 1), kBody = makeObjectId(6, 1);
 
 constexpr double kWave = 2 * M_PI / 64;  // Of the floor's relief, four in a picture [1/pixel].
@@ -63,13 +63,13 @@ class MountedWorld : public test::SteppedCycle {
     SetGravity down{};
     store(turned(s * Vec3(0.5, 0, -9.81)), down.g);
     put(CommandKind::kSetGravity, down);
-    object(kFloor, ShapeKind::kPlane, {{0, 0, -0.01}, Quat::Identity()}, Vec3::Zero());
+    object(kGround, ShapeKind::kPlane, {{0, 0, -0.01}, Quat::Identity()}, Vec3::Zero());
     meshes.publishTexture(0, &waves_.view);
     SurfaceParameters surface{};
     surface.relief = 1;
     surface.relief_depth = s * 0.002;
     surface.relief_size[0] = surface.relief_size[1] = s * 0.032;
-    put(CommandKind::kSetSurface, SetSurface{kFloor, 0, surface});
+    put(CommandKind::kSetSurface, SetSurface{kGround, 0, surface});
     // Apart from each other: which side of a corner a hand comes down on may be a matter of rounding.
     object(kBall, ShapeKind::kSphere, {kBallAt, Quat::Identity()}, {0.01, 0, 0});
     object(kBox, ShapeKind::kBox, {kBoxAt, Quat(Eigen::AngleAxisd(0.5, Vec3::UnitZ()))}, {0.01, 0.01, 0.01});
@@ -157,7 +157,7 @@ class MountedWorld : public test::SteppedCycle {
       p.p_A[1] = s * (i / 2 == 0 ? 0.02F : -0.02F);
       p.p_A[2] = s * -0.005F;
       p.n_B[2] = 1;
-      p.key = objectSlot(kFloor) << 24 | (i + 1);
+      p.key = objectSlot(kGround) << 24 | (i + 1);
     }
     put(CommandKind::kToolContacts, found);
   }

@@ -12,7 +12,7 @@ namespace {
 using test::object;
 
 constexpr std::uint32_t kBelow = makeObjectId(40, 1), kNext = makeObjectId(40, 2), kOnTile = makeObjectId(21, 1);
-constexpr double kPull = 9.81, kTick = 1e-3;
+constexpr double kPull = 9.81, kStep = 1e-3;
 const Vec3 kTileHalf(0.05, 0.05, 0.01), kUnder(0.1, 0, -0.01), kBrick(0.01, 0.01, 0.005), kOn(0.1, 0, 0.005);
 
 /** A brick on a slab; `later`: so many ticks, for answers come every second one. */
@@ -49,7 +49,7 @@ struct Lying {
     for (int i = 1; i <= 12; ++i) {
       house->run(1);
       const Twist& V = brick().body.twist();
-      ASSERT_LT((V.v - before.v - Vec3(0, 0, -kPull * kTick * i)).norm(), 1e-9) << what << ", tick " << i;
+      ASSERT_LT((V.v - before.v - Vec3(0, 0, -kPull * kStep * i)).norm(), 1e-9) << what << ", tick " << i;
       ASSERT_LT((V.w - before.w).norm(), 1e-7) << what << ", tick " << i;
     }
   }
@@ -75,7 +75,7 @@ TEST(JumpedObstacle, ThrowsNothingThatLayOnIt) {
           scene.house->run(1);
           ASSERT_LT(scene.brick().body.twist().v.z(), 1e-6) << "tick " << i;
         }
-        EXPECT_LT(scene.brick().body.twist().v.z(), -kPull * kTick * 6);
+        EXPECT_LT(scene.brick().body.twist().v.z(), -kPull * kStep * 6);
       }
     }
   }

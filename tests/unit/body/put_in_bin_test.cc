@@ -12,8 +12,8 @@ namespace {
 
 using test::object;
 
-constexpr std::uint32_t kBin = makeObjectId(20, 1), kFirstBall = makeObjectId(21, 1), kSecondBall = makeObjectId(22, 1);
-constexpr double kBallRadius = 0.01, kFloorThick = 0.005;  ///< The floor of the bin is from -kFloorThick to 0 [m].
+constexpr std::uint32_t kBin = makeObjectId(20, 1), kLowBall = makeObjectId(21, 1), kHighBall = makeObjectId(22, 1);
+constexpr double kBinBall = 0.01, kFloorThick = 0.005;  ///< The floor of the bin is from -kFloorThick to 0 [m].
 
 /** Far from the hand's tool. */
 struct Bin {
@@ -29,7 +29,7 @@ struct Bin {
     house.run(50);
   }
   void addBall(std::uint32_t id, double z, bool falls) {
-    house.send(CommandKind::kAddObject, object(id, ShapeKind::kSphere, {kBallRadius, 0, 0}, kAt + Vec3(0, 0, z)));
+    house.send(CommandKind::kAddObject, object(id, ShapeKind::kSphere, {kBinBall, 0, 0}, kAt + Vec3(0, 0, z)));
     SetBody order{};
     order.object = id;
     order.falls = falls ? 1 : 0;
@@ -47,20 +47,20 @@ struct Bin {
 
 TEST(PutInBin, ABallWaitsForTheOneOnItAndIsNotLedThroughTheFloor) {
   Bin bin;
-  bin.addBall(kFirstBall, kBallRadius - 0.0003, false);
-  bin.addBall(kSecondBall, 3 * kBallRadius - 0.0003, false);
+  bin.addBall(kLowBall, kBinBall - 0.0003, false);
+  bin.addBall(kHighBall, 3 * kBinBall - 0.0003, false);
   bin.house.run(2);
   for (int i = 0; i < 600; ++i) {
     bin.house.run(1);
-    ASSERT_GT(bin.height(0), kBallRadius - 0.0004) << "tick " << i;
-    ASSERT_GT(bin.height(1), 3 * kBallRadius - 0.0004) << "tick " << i;
+    ASSERT_GT(bin.height(0), kBinBall - 0.0004) << "tick " << i;
+    ASSERT_GT(bin.height(1), 3 * kBinBall - 0.0004) << "tick " << i;
   }
 }
 
 /** Down a slope a full ball rolls with 5/7 of what pulls it along: as its points hold it, with nothing from the box. */
 TEST(PutInBin, ABallRollsWhileItIsLedOutOfTheFloor) {
   Bin bin;
-  bin.addBall(kFirstBall, kBallRadius - 0.0003, true);
+  bin.addBall(kLowBall, kBinBall - 0.0003, true);
   bin.house.run(2);
   constexpr double kAlong = 2;
   bin.house.send(CommandKind::kSetGravity, SetGravity{{kAlong, 0, -9.81}});
@@ -69,7 +69,7 @@ TEST(PutInBin, ABallRollsWhileItIsLedOutOfTheFloor) {
     ASSERT_NEAR(bin.ball(0).twist().v.x(), 5.0 / 7 * kAlong * 1e-3 * i, 1e-4) << "tick " << i;
     ASSERT_LT(std::abs(bin.ball(0).twist().v.z()), 1e-3) << "tick " << i;
   }
-  EXPECT_GT(bin.height(0), kBallRadius - 1e-4);
+  EXPECT_GT(bin.height(0), kBinBall - 1e-4);
 }
 
 }  // namespace

@@ -125,9 +125,10 @@ class FreeBodies {
     static constexpr std::uint32_t kMost = 32;
     std::uint32_t count = 0;
     std::array<Touch, kMost> touch;
-    std::array<std::uint32_t, kMost> slot;  ///< What is touched.
-    std::array<bool, kMost> moves;          ///< It is a body, too,
-    std::array<bool, kMost> mine;           ///< which found it: the plane is of this body.
+    std::array<std::uint32_t, kMost> slot;   ///< What is touched; of a body of several parts the whole.
+    std::array<std::uint32_t, kMost> parts;  ///< Which part of that, and which of this body.
+    std::array<bool, kMost> moves;           ///< It is a body, too,
+    std::array<bool, kMost> mine;            ///< which found it: the plane is of this body.
     std::array<Knows, kMost> knows;
   };
   /** It overlaps nothing; what it is in bars it, or it has come another way; another thing is in the way. */

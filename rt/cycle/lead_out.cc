@@ -26,8 +26,10 @@ void FreeBodies::leadAnew(Entry& entry) HD_RT {
 
 /** What body k touches as it knows itself, and what other bodies know of it: either finds the other. */
 void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT {
-  const auto add = [&](const Touch& touch, std::uint32_t slot, bool moves, bool mine, Knows knows) HD_RT {
+  const auto add = [&](const Touch& touch, std::uint32_t slot, std::uint32_t part, std::uint32_t my_part, bool moves,
+                       bool mine, Knows knows) HD_RT {
     near.touch[near.count] = touch;
+    near.parts[near.count] = part << 8 | my_part;
     near.knows[near.count] = knows;
     near.mine[near.count] = mine;
     near.slot[near.count] = slot;
@@ -45,7 +47,8 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
     const std::uint8_t other = find(slot);
     Touch touch = touchOf(scene, k, i);
     touch.r_b -= touch.gap * touch.n;  // On the other: both were of this body's point.
-    add(touch, other != kNone ? objectSlot(entry_[other].object) : slot, other != kNone, false, knows(entry_[k], i));
+    add(touch, other != kNone ? objectSlot(entry_[other].object) : slot, slot, objectSlot(entry_[k].object),
+        other != kNone, false, knows(entry_[k], i));
   }
   for (std::uint8_t other = 0; other < kMaxBodies; ++other) {
     const Entry& its = entry_[other];
@@ -57,7 +60,7 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
       std::swap(touch.r_a, touch.r_b);
       touch.n = -touch.n;
       touch.r_a += touch.gap * touch.n;  // On this body: both were of the other's point.
-      add(touch, objectSlot(its.object), true, true, knows(its, i));
+      add(touch, objectSlot(its.object), objectSlot(its.object), slot, true, true, knows(its, i));
     }
   }
 }
@@ -65,7 +68,8 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
 /**
  * The least way out of each thing that it overlaps: along one of the planes that it touches it by, until no point that
  * is known to be in there is below that plane; where all of both is known, by that alone, and of a mesh's box as `most`
- * says. Of several things the one that takes the longest, and once it goes one way none that leads back.
+ * says. Parts of bodies meet by twos, each pair for itself. Of several the one that takes the longest, and once it goes
+ * one way none that leads back.
  */
 FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out,
                                        std::uint32_t& of) HD_RT {
@@ -82,7 +86,7 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   const auto wayAlong = [&](std::uint32_t i) HD_RT {
     double way = -near.touch[i].gap;
     for (std::uint32_t j = 0; j < near.count; ++j) {
-      const bool in_there = near.knows[j] == Knows::kPoint && near.slot[j] == near.slot[i] && near.touch[j].gap < 0;
+      const bool in_there = near.knows[j] == Knows::kPoint && near.parts[j] == near.parts[i] && near.touch[j].gap < 0;
       if (in_there) way = std::max(way, below(i, j));
     }
     return way;
@@ -92,7 +96,7 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   for (std::uint32_t i = 0; i < near.count; ++i) {
     Knows best = Knows::kPoint;
     for (std::uint32_t j = 0; j < near.count; ++j) {
-      if (near.slot[j] == near.slot[i] && near.knows[j] <= most) best = std::max(best, near.knows[j]);
+      if (near.parts[j] == near.parts[i] && near.knows[j] <= most) best = std::max(best, near.knows[j]);
     }
     counts[i] = near.knows[i] == best;
   }
@@ -101,13 +105,23 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
     double way = std::numeric_limits<double>::infinity();
     bool onward = false;
   };
-  std::array<Best, Near::kMost> best;  // Of each thing, by its first touch.
+  std::array<Best, Near::kMost> best;  // Of each pair of parts, by its first touch.
   for (std::uint32_t i = 0; i < near.count; ++i) {
     if (!overlaps(i) || !counts[i]) continue;
-    const auto its =
-        static_cast<std::size_t>(std::find(near.slot.begin(), near.slot.begin() + i, near.slot[i]) - near.slot.begin());
+    const auto first = near.parts.begin();
+    const auto its = static_cast<std::size_t>(std::find(first, first + i, near.parts[i]) - first);
     const Best now{i, wayAlong(i), begun && near.touch[i].n.dot(entry.way) > kOnward};
     if (now.onward > best[its].onward || (now.onward == best[its].onward && now.way < best[its].way)) best[its] = now;
+  }
+  // Of the parts of one body those first that lead on: what leads back would lead into these again.
+  const auto leadsBack = [&](std::uint32_t i)
+                             HD_RT { return begun && near.touch[best[i].plane].n.dot(entry.way) < -kOnward; };
+  for (std::uint32_t i = 0; i < near.count; ++i) {
+    if (best[i].plane == Near::kMost || leadsBack(i)) continue;
+    for (std::uint32_t j = 0; j < near.count; ++j) {
+      const bool leads = best[j].plane != Near::kMost && near.slot[j] == near.slot[i];
+      if (leads && leadsBack(j)) best[j].plane = Near::kMost;
+    }
   }
   std::uint32_t chosen = near.count;
   double longest = 0;
@@ -125,8 +139,8 @@ FreeBodies::Way FreeBodies::findWayOut(const Entry& entry, const Near& near, dou
   for (std::uint32_t j = 0; j < near.count; ++j) {
     if (!counts[j]) continue;
     const Touch& touch = near.touch[j];
-    const bool whole = near.knows[chosen] > Knows::kPoint;
-    const bool behind = near.slot[j] == near.slot[chosen] && (whole || below(chosen, j) >= 0);
+    const bool whole = near.knows[chosen] > Knows::kPoint, same = near.parts[j] == near.parts[chosen];
+    const bool behind = near.slot[j] == near.slot[chosen] && (whole || (same && below(chosen, j) >= 0));
     const double from = near.moves[j] ? next : kTouching;
     if (behind || !(touch.gap < from && touch.n.dot(out.n) < -kAgainst)) continue;
     if (near.slot[j] != near.slot[chosen]) return Way::kWaits;

@@ -83,8 +83,8 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->age = kStale;  // it stands until it is known what it touches
     entry->held = entry->ours = entry->stands = false;
     leadAnew(*entry);
-    entry->jumped = 0;
-    entry->put = std::max(0.0, kAnswerTime - scene.sinceArrival(objectSlot(order.object)));
+    entry->since_put = scene.sinceArrival(objectSlot(order.object));
+    entry->jumped = isTouched(objectSlot(order.object));
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
   entry->body.body.place(object->X_PO);
@@ -124,7 +124,8 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
   body.setTwist({vec3(pose.v) + w.cross(body.com() - X.p), w});
   if (elsewhere) {
     entry->model.count = 0;
-    entry->put = entry->jumped = kAnswerTime;
+    entry->since_put = 0;
+    entry->jumped = true;
   }
   if (elsewhere || !by_control) leadAnew(*entry);
   entry->body.wake();
@@ -134,7 +135,6 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
 
 void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT {
   joint_.begin(dt, gravity_);
-  now_ += dt;
   of_slot_ = none();
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     Entry& entry = entry_[k];
@@ -147,8 +147,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
       continue;
     }
     entry.age += dt;
-    entry.put = std::max(0.0, entry.put - dt);
-    entry.jumped = std::max(0.0, entry.jumped - dt);
+    entry.since_put += dt;
     const bool was_held = entry.held;
     entry.held = std::find(held.begin(), held.end(), entry.object) != held.end();
     if (entry.held) continue;
@@ -169,7 +168,6 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
     if (const std::uint32_t parent = scene.slot(slot).parent; parent != 0) of_slot_[slot] = of_slot_[parent];
     scene.setLoose(slot, of_slot_[slot] != kNone);
   }
-  noteJumps(scene, dt);
 }
 
 Pose FreeBodies::poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
@@ -225,7 +223,7 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
     rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), Vec3::Zero(), touch);
     touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
   } else {
-    const Twist V = hasJumped(slot) ? Twist{} : object.V_WO;
+    const Twist V = isOld(scene, k, slot) ? Twist{} : object.V_WO;
     touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, V);
     rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), V.w, touch);
   }
@@ -240,24 +238,28 @@ bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) cons
   const std::uint32_t slot = entry_[k].model.point[i].body();
   if (!isFelt(scene.slot(slot))) return false;
   if (find(slot) != kNone && !isFelt(scene.slot(objectSlot(entry_[k].object)))) return false;
-  return !(hasJumped(slot) || entry_[k].jumped > 0) || touchOf(scene, k, i).gap > -kTouching;
+  return !isOld(scene, k, slot) || touchOf(scene, k, i).gap > -kTouching;
 }
 
 /**
  * Of what jumps while a body touches it, or takes the slot of what is gone, that body's contacts lie wherever its frame
- * now puts them; an answer of before may still come. Until one has seen it there they hold where they still fit, and
- * push nothing.
+ * now puts them; an answer to what was asked before may still come. Until one has seen it there they hold where they
+ * still fit, and push nothing.
  */
-void FreeBodies::noteJumps(const Scene& scene, double dt) HD_RT {
+bool FreeBodies::isOld(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
+  if (entry_[k].jumped && wasPut(k)) return true;
+  const std::uint8_t other = find(slot);
+  const double since = other == kNone ? scene.sinceArrival(slot) : entry_[other].since_put;
+  return since < entry_[k].age || (since < kAnswerTime && (other == kNone || entry_[other].jumped));
+}
+
+bool FreeBodies::isTouched(std::uint32_t slot) const HD_RT {
   for (const Entry& entry : entry_) {
     for (std::uint32_t i = 0; i < entry.model.count && entry.object != 0; ++i) {
-      const std::uint32_t slot = entry.model.point[i].body();
-      const std::uint8_t other = find(slot);
-      double since = scene.sinceArrival(slot);
-      if (other != kNone) since = wasPut(other) ? kAnswerTime - entry_[other].put - dt : entry.age;
-      if (since + 0.5 * dt < entry.age) unknown_until_[slot] = now_ + kAnswerTime;
+      if (entry.model.point[i].body() == slot) return true;
     }
   }
+  return false;
 }
 
 /**
@@ -329,7 +331,9 @@ void FreeBodies::addTouches(const Scene& scene, std::uint8_t k, std::uint32_t mo
   for (std::uint32_t i = 0; i < entry.model.count && most > 0; ++i) {
     if (!holds(scene, k, i)) continue;
     --most;
-    (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(entry.model.point[i].body())));
+    const std::uint32_t slot = entry.model.point[i].body();
+    const std::uint8_t mover = isOld(scene, k, slot) ? JointStep::kFixed : moverOf(find(slot));
+    (void)joint_.add(touchOf(scene, k, i), entry.mover, mover);
   }
 }
 

@@ -198,7 +198,7 @@ bool FreeBodies::mayLead(const Scene& scene, Entry& entry) HD_RT {
   for (std::uint32_t i = 0; i < entry.model.count && !unmet; ++i) unmet = isUnmet(entry.model.point[i].body());
   if (unmet && !(entry.leading > 0)) entry.way.setZero();  // That of another time.
   if (unmet) entry.leading = kLeadOut;
-  return entry.leading > 0 && !(entry.put > 0) && entry.age < kStale;
+  return entry.leading > 0 && !(entry.since_put < kAnswerTime) && entry.age < kStale;
 }
 
 /** In turns: of more than kMostLooks each goes the slower, and has the longer for it. */

@@ -11,7 +11,8 @@ namespace {
 
 using test::object;
 
-constexpr std::uint32_t kBelow = makeObjectId(40, 1), kNext = makeObjectId(40, 2), kOnTile = makeObjectId(21, 1);
+constexpr std::uint32_t kBelow = makeObjectId(40, 1), kNext = makeObjectId(40, 2), kOnTile = makeObjectId(21, 1),
+                        kTaken = makeObjectId(22, 1);
 constexpr double kPull = 9.81, kStep = 1e-3;
 const Vec3 kTileHalf(0.05, 0.05, 0.01), kUnder(0.1, 0, -0.01), kBrick(0.01, 0.01, 0.005), kOn(0.1, 0, 0.005);
 
@@ -93,6 +94,39 @@ TEST(JumpedObstacle, ABodyThatIsPutElsewherePushesNothing) {
       EXPECT_LT((scene.house->servo->cycle().bodies().body(1).body.com() - to).norm(), 1e-9);
     }
   }
+}
+
+/** Nor where it turns, and stands so that the old plane still fits: it threw the brick at 4.9 m/s. */
+TEST(JumpedObstacle, ABodyThatIsPutElsewhereAndTurnsThrowsNothing) {
+  const Vec3 w(0, 10, 0);
+  for (int later = 0; later < 2; ++later) {
+    Lying scene(later, true);
+    scene.jump({0.6, 0, kUnder.z()}, {Vec3::Zero(), w});
+    for (int i = 0; i < 12; ++i) {
+      scene.house->run(1);
+      ASSERT_LT(scene.brick().body.twist().v.norm(), 0.2) << "tick " << i;
+      ASSERT_LT((scene.house->servo->cycle().bodies().body(1).body.twist().w - w).norm(), 1e-9) << "tick " << i;
+    }
+  }
+}
+
+/** What a body in a hand once lay on counts for nobody else: a brick beside it fell through what came instead. */
+TEST(JumpedObstacle, WhatIsInAHandMakesNothingOfItOld) {
+  Lying scene(0, false);
+  test::ToolHouse& house = *scene.house;
+  house.send(CommandKind::kAddObject, object(kTaken, ShapeKind::kBox, kBrick, kOn + Vec3(0.03, 0, 0)));
+  scene.setFree(kTaken, 0.01, true);
+  house.run(300);
+  house.hold(test::attachBox(kTaken, 2 * kBrick, house.device.info()));
+  scene.replace(kUnder);
+  house.run(500);
+  const Vec3 up(0, 0, 0.05);
+  for (int i = 1; i <= 500; ++i) {
+    house.send(CommandKind::kObjectPose,
+               poseMessage(kNext, {kUnder + 1e-3 * i * up, Quat::Identity()}, Twist{up, Vec3::Zero()}));
+    house.run(1);
+  }
+  EXPECT_NEAR(scene.brick().body.com().z(), kOn.z() + 0.5 * up.z(), 1e-3);
 }
 
 /** The same again, in the same place: nothing is felt of that, to the bit. */

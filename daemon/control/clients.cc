@@ -38,7 +38,7 @@ Result<std::uint64_t> Clients::connect(std::int32_t pid, std::uint32_t uid, bool
 std::optional<std::uint64_t> Clients::oldestToStop(std::uint32_t uid) const {
   std::optional<std::uint64_t> of_all;
   for (const auto& [number, client] : all_) {
-    if (!client.stop_only) continue;
+    if (!client.stop_only || client.left) continue;
     if (client.uid == uid) return number;
     if (!of_all) of_all = number;
   }

@@ -29,7 +29,7 @@ class Clients {
   /** The connection to end first where nobody may come even to stop: the user's own oldest of that kind, or that of
    * all. */
   [[nodiscard]] std::optional<std::uint64_t> oldestToStop(std::uint32_t uid) const;
-  /** Null when it has left. */
+  /** Null when it has gone for good; one that has left is there until all of it is cleared away. */
   [[nodiscard]] Client* find(std::uint64_t connection);
   [[nodiscard]] const Client* find(std::uint64_t connection) const;
   /** And has not left. */

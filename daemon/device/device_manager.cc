@@ -21,6 +21,8 @@ void inMemory(Work&& work) noexcept {
   try {
     work();
   } catch (const std::bad_alloc&) {  // Whoever waits for it hears so when its answer goes.
+  } catch (const std::exception& e) {
+    log::error("a defect: {}", log::printable(e.what()));
   }
 }
 

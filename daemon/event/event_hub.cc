@@ -18,12 +18,12 @@ void EventHub::publish(const Event& event) noexcept {
   const std::uint32_t bit = 1u << static_cast<std::uint32_t>(event.kind);
   for (auto& [id, subscriber] : subscribers_) {
     if ((subscriber.kinds & bit) == 0) continue;
-    if (subscriber.queue.size() >= queue_) {
-      ++subscriber.lost;
-      continue;
-    }
     try {
-      subscriber.queue.push_back(event);
+      if (subscriber.queue.size() < queue_) {
+        subscriber.queue.push_back(event);
+      } else {
+        ++subscriber.lost;
+      }
     } catch (const std::bad_alloc&) {
       ++subscriber.lost;
     }

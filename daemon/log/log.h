@@ -38,7 +38,8 @@ void setLevel(Level level);
 
 void write(Level level, std::string_view message);
 
-/** A line for which there is no memory is lost: whoever logs is in the middle of something that must not end there. */
+/** A line for which there is no memory is lost, or a name in it: whoever logs is in the middle of something that must
+ * not end there. */
 template <class... Args>
 void writeIf(Level level, fmt::format_string<Args...> format, Args&&... args) noexcept {
   if (!enabled(level)) return;

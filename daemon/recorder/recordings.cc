@@ -238,7 +238,7 @@ void Recordings::poll() {
     Recording& recording = it->second;
     Recorder& recorder = *recording.recorder;
     if (recording.reason.empty() && recorder.done()) endRecording(recording, recorder.end().reason);
-    if (recording.dropped) endDropped(recording);
+    if (recording.dropped && recording.reason.empty()) endDropped(recording);
     const bool let_go = !recording.reason.empty() && letGo(recording);
     const bool servo_dead = !recording.reason.empty() && clock_.now() - recording.ending_since_ns > kServoPatienceNs;
     if (let_go || servo_dead) recorder.finish(recording.reason);

@@ -40,11 +40,11 @@ void setStatus(proto::Status::Builder out, const Result<void>& result) {
     out.setWhat(error.what.empty() ? capnp::Text::Reader(describe(error.code).data(), describe(error.code).size())
                                    : text(error.what));
     out.setRemedy(text(error.remedy));
-  } catch (const std::bad_alloc&) {  // The code says it.
+  } catch (const std::exception&) {  // No memory, which kj tells by its own. The code says it.
   }
 }
 
-Result<std::string> readText(capnp::Text::Reader in, std::size_t most, const char* where) {
+Result<void> checkText(capnp::Text::Reader in, std::size_t most, const char* where) {
   if (in.size() > most) {
     return Error{
         ErrorCode::kInvalidArgument, where, fmt::format("it has {} bytes; {} is the most", in.size(), most), {}};
@@ -59,6 +59,11 @@ Result<std::string> readText(capnp::Text::Reader in, std::size_t most, const cha
     }
     i += n;
   }
+  return {};
+}
+
+Result<std::string> readText(capnp::Text::Reader in, std::size_t most, const char* where) {
+  if (auto r = checkText(in, most, where); !r) return r.error();
   return std::string(in.begin(), in.size());
 }
 

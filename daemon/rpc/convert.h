@@ -15,6 +15,8 @@ namespace hapticd {
 void setStatus(proto::Status::Builder out, const Result<void>& result);
 
 /** kInvalidArgument if longer than `most` bytes, not UTF-8, or with control characters. */
+[[nodiscard]] Result<void> checkText(capnp::Text::Reader in, std::size_t most, const char* where);
+/** The same, and the text. */
 [[nodiscard]] Result<std::string> readText(capnp::Text::Reader in, std::size_t most, const char* where);
 inline constexpr std::size_t kMostName = 64;   ///< Bytes of a client's or object's name.
 inline constexpr std::size_t kMostUri = 1024;  ///< Bytes of a device URI.

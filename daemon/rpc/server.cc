@@ -181,8 +181,13 @@ void ControlServer::accept(kj::AuthenticatedStream stream, bool administration) 
 }
 
 kj::Promise<void> ControlServer::stepLoop() {
-  const Result<void> stepped = caught([this]() -> Result<void> {  // whatever fails, the daemon goes on
+  // Whatever fails, the daemon goes on; and what has no memory in the one keeps nothing from the other.
+  const Result<void> polled = caught([this]() -> Result<void> {
     core_.poll();
+    return {};
+  });
+  if (!polled) reserve_ = nullptr;
+  const Result<void> stepped = caught([this]() -> Result<void> {
     if (after_step_) after_step_();
     if (!spare_.valid()) spare_ = spareDescriptor();
     if (reserve_ == nullptr) reserve_ = std::make_unique<std::byte[]>(kReserveBytes);

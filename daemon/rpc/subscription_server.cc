@@ -31,7 +31,8 @@ kj::Promise<void> SubscriptionServer::pump() {
     auto list = request.initEvents(static_cast<unsigned>(batch.events.size()));
     for (unsigned i = 0; i < batch.events.size(); ++i) write(list[i], batch.events[i]);
     return request.send().ignoreResult().then([this] { return pump(); });
-  } catch (const std::bad_alloc&) {  // These are lost, but whoever listens hears of the next.
+  } catch (const std::exception&) {  // No memory, which kj tells by its own. These are lost, but whoever listens hears
+                                     // of the next.
     pumping_ = false;
     core_.events().notTold(id_, batch.events.size() + batch.lost);
     return kj::READY_NOW;

@@ -264,7 +264,8 @@ void SceneModel::clientLeft(std::uint64_t connection) {
       removeAll(subtreeOf(slot));
       continue;
     }
-    object.owner = heir->owner;
+    Client owner = heir->owner;  // Whole or not: there may be no memory, and this is done again.
+    object.owner = std::move(owner);
     object.spec.keep = heir->spec.keep;
     if (object.owner.connection == connection) {  // Kept: by nobody who is there.
       object.owner.connection = 0;

@@ -63,9 +63,9 @@ Result<Session*> SessionManager::open(OpenDevice& device, const Client& client, 
   session->slot = slot;
   session->regions = std::move(*regions);
   session->offered_ns = now_ns;
-  ++device.sessions;
   Session* raw = session.get();
   sessions_.emplace(raw->id, std::move(session));
+  ++device.sessions;
   return raw;
 }
 
@@ -244,8 +244,9 @@ SessionManager::Ended SessionManager::takeEnded(const GroupLink& link) {
       ++it;
       continue;
     }
-    --it->second->device->sessions;
-    ended.push_back(std::move(it->second));
+    ended.emplace_back();  // Only then does it count as gone: there may be no memory.
+    ended.back() = std::move(it->second);
+    --ended.back()->device->sessions;
     it = sessions_.erase(it);
   }
   return ended;

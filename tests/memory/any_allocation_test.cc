@@ -169,6 +169,21 @@ TEST(AnyAllocation, OfStoppingEveryDevice) {
   });
 }
 
+TEST(AnyAllocation, OfStoppingOneDevice) {
+  const char* const name = "a.device.with.a.long.name";  // No string holds it inline.
+  const auto prepare = [&](ShortDaemon& daemon) {
+    withArmedDevice(daemon);
+    theSession(daemon).device->aliases.emplace_back(name);
+  };
+  withoutAnyAllocation(prepare, [&](ShortDaemon& daemon) {
+    auto request = daemon.daemon.stopRequest();
+    request.setUri(name);
+    const ErrorCode code = daemon.ask(request.send());
+    EXPECT_TRUE(daemon.until([&] { return isOff(daemon); }));
+    return code;
+  });
+}
+
 /** A session that is dropped, or whose client dies, takes its force with it. */
 TEST(AnyAllocation, OfTheEndOfASessionThatHasArmed) {
   withoutAnyAllocation(withArmedDevice, [](ShortDaemon& daemon) {

@@ -158,6 +158,7 @@ class ShortDaemon {
     say("sessions", core().sessions().all().size());
     say("uploads", core().uploads().size());
     say("jobs", core().uploads().aside().size() + core().uploads().going().size());
+    for (const auto& device : core().devices().devices()) say("sessions counted", device->sessions);
     say("recordings", core().recordings().size());
     say("objects", core().scene().list().size());
     say("textures", core().scene().textures().list().size());

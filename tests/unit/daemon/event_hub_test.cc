@@ -51,6 +51,20 @@ TEST(EventHub, ASlowSubscriberLosesCountedEventsAndNobodyElseDoes) {
   EXPECT_EQ(kept, kQueue);
 }
 
+TEST(EventHub, WhoCouldNotBeToldIsWokenThoughNothingMoreFits) {
+  EventHub hub(2);
+  int woken = 0;
+  const auto id = hub.subscribe(0, [&] { ++woken; });
+  for (int i = 0; i < 3; ++i) hub.publish(event(EventKind::kTouch));
+  EXPECT_EQ(woken, 1);
+  hub.notTold(id, 1);
+  hub.publish(event(EventKind::kTouch));
+  EXPECT_EQ(woken, 2);
+  const auto batch = hub.take(id);
+  EXPECT_EQ(batch.events.size(), 2u);
+  EXPECT_EQ(batch.lost, 3u);
+}
+
 TEST(EventHub, WhatTheServoDroppedIsToldToAll) {
   EventHub hub;
   const auto id = hub.subscribe(0, [] {});

@@ -16,20 +16,25 @@ using test::TestScene;
 
 constexpr double kStiffness = 1000;
 
-/** Pushed along the face beyond the edge, at 37 degrees from the edge's normal: inside a cone of 39 wherever it is. */
+/** Pushed along either face beyond the edge, at 37 degrees from the edge's normal: inside a cone of 39 wherever it is.
+ * Of a rim anywhere. */
 TEST(ProxyFriction, ABallSticksToAnEdgeWhateverHasIt) {
   constexpr double kHalf = 0.02, kRadius = 2e-3, kStep = 1e-4;
   for (const ShapeKind kind : {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kMesh}) {
-    TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
-    TestScene t(kRadius);
-    t.add(kind, Vec3::Constant(kHalf), {}, {kStiffness, 0, 0.8, 0.6}, HD_OBJECT_ENABLED, 0,
-          kind == ShapeKind::kMesh ? mesh.view() : nullptr);
-    const auto hip = [&](int i) { return Vec3(-kHalf - 0.8 * kRadius + kStep * i, 0, kHalf + 0.6 * kRadius); };
-    for (int i = -40; i <= 100; ++i) {
-      const SurfaceContact& c = t.tick(hip(i));
-      ASSERT_NEAR((c.force - Vec3(-kStiffness * kStep * std::max(0, i), 0, 0)).norm(), 0, 1e-6)
-          << static_cast<int>(kind) << " " << i;
-      ASSERT_FALSE(c.slip);
+    for (const bool down : {false, true}) {
+      TestMesh mesh = test::boxMesh(Vec3::Constant(kHalf));
+      TestScene t(kRadius);
+      t.add(kind, Vec3::Constant(kHalf), {}, {kStiffness, 0, 0.8, 0.6}, HD_OBJECT_ENABLED, 0,
+            kind == ShapeKind::kMesh ? mesh.view() : nullptr);
+      const Quat about(Eigen::AngleAxisd(kind == ShapeKind::kCylinder ? 0.7 : 0, Vec3::UnitZ()));
+      const Vec3 along = about * (down ? Vec3(0, 0, -1) : Vec3(1, 0, 0));
+      const Vec3 from = about * (Vec3(-kHalf, 0, kHalf) + kRadius * (down ? Vec3(-0.6, 0, 0.8) : Vec3(-0.8, 0, 0.6)));
+      for (int i = -40; i <= 100; ++i) {
+        const SurfaceContact& c = t.tick(from + kStep * i * along);
+        ASSERT_NEAR((c.force + kStiffness * kStep * std::max(0, i) * along).norm(), 0, 1e-6)
+            << static_cast<int>(kind) << " " << down << " " << i;
+        ASSERT_FALSE(c.slip);
+      }
     }
   }
 }

@@ -1,0 +1,165 @@
+// The way out of what a body was put into, of contacts that a test makes up: which, how far in a tick, and when none.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "rt/collide/feature.h"
+#include "tests/support/for_seeds.h"
+#include "tests/support/random.h"
+#include "tests/support/stepped/stepped_cycle.h"
+
+namespace hapticd {
+namespace {
+
+constexpr double kLeadDt = 1e-3;
+constexpr std::uint32_t kLed = makeObjectId(1, 1);
+
+/** A plane of something, and the body's point that is so far above it. */
+struct Told {
+  std::uint32_t slot;
+  Vec3 p, n;
+  double gap;
+  bool whole = false;  ///< Of all of both.
+
+  [[nodiscard]] double below(const Told& other) const { return -gap + n.dot(p - other.p); }
+};
+
+/** A body without weight that may be in two things; its hand is far away. */
+class LedBody : public test::SteppedCycle {
+ public:
+  LedBody() : SteppedCycle(test::openConfig(10)) {
+    for (const std::uint32_t slot : {1u, 2u, 3u})
+      add(test::solid(makeObjectId(slot, 1), ShapeKind::kBox, {1000, 0, 0, 0}, {}, Vec3::Constant(0.01)));
+    put(CommandKind::kSetBody, SetBody{kLed, 0, 0.1, {}, {1e-5, 1e-5, 1e-5, 0, 0, 0}, 0});
+    do go({});
+    while (cycle->bodies().wasPut(0));
+  }
+  /** A tick later; where the body went in it. */
+  Vec3 go(const std::vector<Told>& all) {
+    const Vec3 before = body().com();
+    ToolContacts contacts{};
+    contacts.device = kMaxDevices;
+    contacts.object = kLed;
+    for (const Told& told : all) {
+      ToolContacts::Point& point = contacts.point[contacts.count++];
+      const Vec3 p = told.p - before;
+      for (int i = 0; i < 3; ++i) {
+        point.p_A[i] = static_cast<float>(p[i]);
+        point.n_B[i] = static_cast<float>(told.n[i]);
+      }
+      point.offset = static_cast<float>(told.n.dot(told.p) - told.gap);
+      point.key = told.slot << 24 | ((told.whole ? kWayOut : contacts.count) + 1);
+    }
+    put(CommandKind::kToolContacts, contacts);
+    (void)at({0, 0, 1});
+    EXPECT_TRUE(body().twist().v.isZero(1e-12) && body().twist().w.isZero(1e-12));
+    return body().com() - before;
+  }
+  const RigidBody& body() const { return cycle->bodies().body(0).body; }
+};
+
+/** As slowly as tools leave an overlap. */
+double ledBy(double deep) { return kLeadDt * std::min(Tool::kRecoverSpeed, (deep - Tool::kSlop) / Tool::kRecoverTime); }
+
+TEST(LeadOut, ItGoesStraightOutEverMoreSlowlyAndStops) {
+  LedBody body;
+  const Vec3 n = Vec3(1, -2, 3).normalized();
+  double deep = 0.004;
+  int ticks = 0;
+  for (; deep > 1.1e-5 && ticks < 1000; ++ticks) {
+    const double way = ledBy(deep);
+    ASSERT_LT((body.go({{2, Vec3::Zero(), n, -deep, true}}) - way * n).norm(), 1e-9) << ticks;
+    deep -= way;
+  }
+  EXPECT_GT(ticks, 50);
+  EXPECT_TRUE(body.go({{2, Vec3::Zero(), n, -1e-5, true}}).isZero(0)) << "it is out";
+}
+
+/** The same tick, by all that it is told of: the least way out of each, of the longest of these; nothing, if that goes
+ * against what is near. */
+Vec3 wayOut(const std::vector<Told>& all) {
+  const Told* chosen = nullptr;
+  double longest = 0;
+  for (const std::uint32_t slot : {2u, 3u}) {
+    const Told* best = nullptr;
+    double least = std::numeric_limits<double>::infinity();
+    for (const Told& plane : all) {
+      if (plane.slot != slot || plane.gap > -1.02e-5) continue;
+      double way = -plane.gap;
+      for (const Told& point : all) {
+        if (point.slot == slot && point.gap < 0) way = std::max(way, plane.below(point));
+      }
+      if (way < least) best = &plane;
+      least = std::min(least, way);
+    }
+    if (best == nullptr || least <= longest) continue;
+    chosen = best;
+    longest = least;
+  }
+  if (chosen == nullptr) return Vec3::Zero();
+  for (const Told& other : all) {
+    const bool left = other.slot == chosen->slot && chosen->below(other) >= 0;
+    if (!left && other.gap < FreeBodies::kTouching && other.n.dot(chosen->n) < -0.3) return Vec3::Zero();
+  }
+  return ledBy(longest) * chosen->n;
+}
+
+TEST(LeadOut, TheLeastWayOutOfWhatTakesTheLongest) {
+  int led = 0, barred = 0;
+  forSeeds(1500, [&](unsigned seed) {
+    Random random(seed);
+    LedBody body;
+    std::vector<Told> all;
+    for (const std::uint32_t slot : {2u, 3u}) {
+      const Vec3 up = random.vector(1);
+      const bool whole = random.once(3);
+      for (int i = whole ? 1 : random.below(4); i > 0; --i) {
+        const Vec3 n = (up + random.vector(0.8)).normalized();
+        all.push_back({slot, random.vector(0.002), n, random.in(-2e-3, whole ? 0 : 5e-4), whole});
+      }
+    }
+    const Vec3 expected = wayOut(all), way = body.go(all);
+    ASSERT_LT((way - expected).norm(), 1e-9) << way.transpose() << " for " << expected.transpose();
+    led += !expected.isZero(0);
+    barred += expected.isZero(0);
+  });
+  EXPECT_GT(led, drawn(500));
+  EXPECT_GT(barred, drawn(300));
+}
+
+/** Where all of both is known, points of it do not count. */
+TEST(LeadOut, WhatIsKnownAsAWholeIsLeftByThatAlone) {
+  LedBody body;
+  const Told whole{2, Vec3::Zero(), Vec3::UnitX(), -0.002, true}, less{2, {0.001, 0, 0}, Vec3::UnitY(), -0.001};
+  const Told against{2, {0.001, 0, 0}, -Vec3::UnitX(), -5e-5};
+  EXPECT_LT((body.go({less, whole, against}) - ledBy(0.002) * Vec3::UnitX()).norm(), 1e-9);
+}
+
+/** Then it does not turn back, though that is shorter now; and goes on where another way is as long. */
+TEST(LeadOut, OnceItGoesOneWayNoneLeadsBack) {
+  const Vec3 x = Vec3::UnitX();
+  const auto along = [](double degrees) {
+    return Vec3(std::cos(degrees * M_PI / 180), std::sin(degrees * M_PI / 180), 0);
+  };
+  for (const bool back : {false, true}) {
+    LedBody body;
+    EXPECT_GT(body.go({{2, Vec3::Zero(), x, -0.002, true}}).x(), 9e-5);
+    const Vec3 other = along(back ? 125 : 115);
+    const Vec3 way = body.go({{2, Vec3::Zero(), other, -0.001, true}});
+    EXPECT_LT((way - (back ? 0 : 1) * ledBy(0.001) * other).norm(), 1e-9) << back;
+  }
+  for (const bool onward : {false, true}) {  // Of two ways out of one thing, the first of which is the longer.
+    LedBody body;
+    EXPECT_GT(body.go({{2, Vec3::Zero(), x, -0.002, true}}).x(), 9e-5);
+    const Vec3 longer = along(onward ? 55 : 65), shorter = along(-65);
+    const Vec3 way = body.go({{2, {0, 0, 0}, longer, -0.0006}, {2, {0, 0, 0}, shorter, -0.0004}});
+    EXPECT_GT(way.normalized().dot(onward ? longer : shorter), 1 - 1e-6) << onward;
+  }
+}
+
+}  // namespace
+}  // namespace hapticd

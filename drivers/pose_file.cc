@@ -9,6 +9,8 @@
 #include <climits>
 #include <cstring>
 
+#include "drivers/run_out.h"
+
 namespace hapticd {
 
 struct OpenedFile {
@@ -26,8 +28,11 @@ namespace {
 
 Error systemFault(const std::string& path, int number) {
   const bool missing = number == ENOENT || number == ENOTDIR;
+  const char* const for_want = remedyForWant(number);
   return {missing ? ErrorCode::kNotFound : ErrorCode::kSystem, path, std::strerror(number),
-          missing ? "give the path as the daemon sees it" : "the daemon's user must be able to read it"};
+          missing               ? "give the path as the daemon sees it"
+          : for_want != nullptr ? for_want
+                                : "the daemon's user must be able to read it"};
 }
 
 Error notAFile(const std::string& path) {
@@ -78,7 +83,7 @@ Result<PoseFile> PoseFile::open(const std::string& path, const std::string& with
   const OpenedFile named(path, O_PATH);
   struct stat status {};
   const int why = named.fd < 0 || ::fstat(named.fd, &status) != 0 ? errno : 0;
-  if (why == EMFILE || why == ENFILE || why == ENOMEM) return systemFault(path, why);
+  if (remedyForWant(why) != nullptr) return systemFault(path, why);
   if (!within.empty() && !(why == 0 ? liesIn(named, within) : why == ENOENT && isMissingIn(path, within)))
     return mayNotBeNamed();
   if (why != 0) return systemFault(path, why);

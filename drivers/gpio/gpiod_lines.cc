@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "drivers/gpio/lines.h"
+#include "drivers/run_out.h"
 
 namespace hapticd {
 namespace {
@@ -48,7 +49,8 @@ Error refused(const LineRequest& request, int number) {
     return {ErrorCode::kPermissionDenied, where, "hapticd may not open its chip",
             "give /dev/gpiochip* to hapticd: hapticd.toml(5)"};
   }
-  return {ErrorCode::kSystem, where, std::strerror(number), {}};
+  const char* const for_want = remedyForWant(number);
+  return {ErrorCode::kSystem, where, std::strerror(number), for_want != nullptr ? for_want : ""};
 }
 
 Error notFound(const LineRequest& request, const char* what) {
@@ -66,8 +68,10 @@ Result<Found> find(const LineRequest& request) {
   errno = 0;
   if (request.chip.empty()) {
     found.line = gpiod_line_find(request.name.c_str());
-    if (found.line == nullptr)
-      return errno == EACCES ? refused(request, EACCES) : notFound(request, "no chip has a line of that name");
+    if (found.line == nullptr) {
+      const bool looked = errno != EACCES && remedyForWant(errno) == nullptr;  // At all chips.
+      return looked ? notFound(request, "no chip has a line of that name") : refused(request, errno);
+    }
     found.chip.reset(gpiod_line_get_chip(found.line));
     return found;
   }

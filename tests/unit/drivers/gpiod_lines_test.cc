@@ -12,6 +12,7 @@
 #include <string>
 
 #include "drivers/gpio/lines.h"
+#include "drivers/run_out.h"
 
 namespace hapticd::test {
 namespace {
@@ -331,6 +332,14 @@ TEST_F(GpiodLines, WhatIsNotThereAndWhatIsRefusedIsSaid) {
   }
   board_.closed = EACCES;
   EXPECT_EQ(refusal({"", "STOP"}), ErrorCode::kPermissionDenied);
+  for (const int want : {EMFILE, ENFILE, ENOMEM}) {
+    board_.closed = want;
+    for (const LineRequest& request : {input("STOP"), LineRequest{"", "STOP"}}) {
+      const Error error = openLines({request}).error();
+      EXPECT_EQ(error.code, ErrorCode::kSystem) << want << ": not that no chip has it";
+      EXPECT_EQ(error.remedy, remedyForWant(want));
+    }
+  }
   EXPECT_EQ(board_.chips, 0);
 }
 

@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "drivers/pose_file.h"
+#include "tests/support/process/no_descriptors.h"
 #include "tests/support/process/temporary_directory.h"
 
 namespace hapticd {
@@ -157,6 +158,19 @@ TEST(PoseCsv, NoPoseOrSpeedOfAFileIsBeyondNumbers) {
 TEST(PoseCsv, WhatAFileHoldsIsNotToldToWhoNamedIt) {
   EXPECT_THAT(refusal("t,x,y,z\n0,secret,0,0\n"), ::testing::Not(HasSubstr("secret")));
   EXPECT_THAT(refusal("secret:x:0\n"), ::testing::Not(HasSubstr("secret")));
+}
+
+TEST(PoseCsv, WithoutDescriptorsItSaysSoAndNotWhoMayRead) {
+  const test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/there.csv";
+  std::ofstream(path) << "0,0,0,0\n";
+  for (const std::string& within : {std::string(), directory.path()}) {
+    const test::NoDescriptors none;
+    const Error error = loadPoseCsv(path, within).error();
+    EXPECT_EQ(error.code, ErrorCode::kSystem);
+    EXPECT_THAT(error.remedy, HasSubstr("LimitNOFILE"));
+  }
+  EXPECT_TRUE(loadPoseCsv(path).ok());
 }
 
 /** Whoever owns a file may have a lease on it, and who opens it waits for 45 s by default. */

@@ -164,6 +164,8 @@ void DeviceManager::openNext(GroupOpening& opening) {
 }
 
 void DeviceManager::poll() {
+  finder_.poll();
+  if (!looking_ && !ask_.empty()) look();
   opener_.poll();
   for (const std::string& uri : closer_.poll()) log::warn("{}: its driver has let go of it", log::printable(uri));
   for (auto it = groups_opening_.begin(); it != groups_opening_.end();) {

@@ -17,6 +17,7 @@
 #include "daemon/device/device_opener.h"
 #include "daemon/device/group_link.h"
 #include "daemon/scene/scene_model.h"
+#include "daemon/scene/upload/aside.h"
 #include "drivers/registry.h"
 #include "rt/cycle/mount.h"
 
@@ -182,8 +183,12 @@ class DeviceManager {
   [[nodiscard]] const std::vector<std::unique_ptr<OpenDevice>>& devices() const { return devices_; }
   [[nodiscard]] const std::vector<std::unique_ptr<GroupLink>>& links() const { return links_; }
   [[nodiscard]] std::vector<std::string> names() const;
-  /** Found but not open. */
-  [[nodiscard]] std::vector<DeviceInfo> found() const;
+  /**
+   * What is found but not open: looked for aside, for buses take their time, and told by a later poll(). Who asks while
+   * somebody looks hears of the next look, together with all who do.
+   */
+  using Found = std::function<void(const Result<std::vector<DeviceInfo>>&)>;
+  void found(Found done);
   [[nodiscard]] bool realtime() const;
   /** Why not, when realtime() is false. */
   [[nodiscard]] std::string schedulingNote() const;
@@ -253,10 +258,16 @@ class DeviceManager {
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;
   std::list<Opening> opening_;
+  void look();
+  void tellFound(const Result<std::vector<DeviceFound>>& found);
+
+  std::list<Found> ask_, asked_;  ///< To be told of the next look, and of the one under way.
+  bool looking_ = false;
   std::list<GroupOpening> groups_opening_;  ///< In the order in which they were begun; each stays where it is.
   std::string culprit_;
   DeviceCloser closer_;
-  DeviceOpener opener_;  // last: its threads end before what they use goes
+  DeviceOpener opener_;  // here: its threads end before what they use goes
+  Aside finder_;         // last: its thread ends first
 };
 
 }  // namespace hapticd

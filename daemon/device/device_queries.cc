@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <new>
+#include <utility>
 
 #include "daemon/device/device_manager.h"
 #include "daemon/log/log.h"
@@ -44,14 +46,36 @@ std::vector<std::string> DeviceManager::names() const {
   return all;
 }
 
-std::vector<DeviceInfo> DeviceManager::found() const {
-  std::vector<DeviceInfo> all;
-  for (auto& device : find_()) {
-    const bool open = std::any_of(devices_.begin(), devices_.end(),
-                                  [&](const auto& d) { return isAskedFor(d->info().uri, device.info.uri); });
-    if (!open) all.push_back(std::move(device.info));
+void DeviceManager::found(Found done) {
+  ask_.push_back(std::move(done));
+  if (looking_) return;
+  try {
+    look();
+  } catch (const std::bad_alloc&) {
+    ask_.pop_back();
+    throw;
   }
-  return all;
+}
+
+void DeviceManager::look() {
+  (void)finder_.start([find = find_]() -> Result<std::vector<DeviceFound>> { return find(); },
+                      [this](const Result<std::vector<DeviceFound>>& found) { tellFound(found); });
+  looking_ = true;
+  asked_.swap(ask_);
+}
+
+void DeviceManager::tellFound(const Result<std::vector<DeviceFound>>& found) {
+  const std::list<Found> told = std::exchange(asked_, {});  // They may ask again.
+  looking_ = false;
+  Result<std::vector<DeviceInfo>> all = std::vector<DeviceInfo>();
+  if (!found) all = found.error();
+  for (std::size_t i = 0; found && i < found->size(); ++i) {
+    const DeviceInfo& info = found.value()[i].info;
+    const bool open = std::any_of(devices_.begin(), devices_.end(),
+                                  [&](const auto& d) { return isAskedFor(d->info().uri, info.uri); });
+    if (!open) all->push_back(info);
+  }
+  for (const Found& done : told) done(all);
 }
 
 bool DeviceManager::realtime() const {

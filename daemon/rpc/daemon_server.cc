@@ -25,6 +25,25 @@ void writeSession(Results results, Core& core, const Session& session) {
   info.setRegionBBytes(session.regions.fileB().size());
 }
 
+template <class Results>
+void writeDevices(Results results, Core& core, std::vector<hapticd::DeviceInfo> found) {
+  const auto& open = core.devices().devices();
+  const auto absent = core.wanted().absent();
+  for (const auto& one : absent) {
+    const auto is = [&](const hapticd::DeviceInfo& info) { return info.uri == one.uri; };
+    if (std::none_of(found.begin(), found.end(), is)) found.emplace_back().uri = one.uri;
+  }
+  auto list = results.initDevices(static_cast<unsigned>(open.size() + found.size()));
+  for (unsigned i = 0; i < open.size(); ++i) write(list[i], *open[i]);
+  for (unsigned i = 0; i < found.size(); ++i) {
+    auto row = list[static_cast<unsigned>(open.size()) + i];
+    write(row, found[i]);
+    for (const auto& one : absent) {
+      if (one.uri == found[i].uri) row.setProblem(log::printable(toString(one.why)));
+    }
+  }
+}
+
 }  // namespace
 
 kj::Promise<void> DaemonServer::hello(HelloContext context) {
@@ -44,23 +63,14 @@ kj::Promise<void> DaemonServer::hello(HelloContext context) {
 }
 
 kj::Promise<void> DaemonServer::listDevices(ListDevicesContext context) {
-  return answer(context, [&](auto, auto results) -> Result<void> {
-    const auto& open = core_.devices().devices();
-    auto found = core_.devices().found();
-    const auto absent = core_.wanted().absent();
-    for (const auto& one : absent) {
-      const auto is = [&](const hapticd::DeviceInfo& info) { return info.uri == one.uri; };
-      if (std::none_of(found.begin(), found.end(), is)) found.emplace_back().uri = one.uri;
-    }
-    auto list = results.initDevices(static_cast<unsigned>(open.size() + found.size()));
-    for (unsigned i = 0; i < open.size(); ++i) write(list[i], *open[i]);
-    for (unsigned i = 0; i < found.size(); ++i) {
-      auto row = list[static_cast<unsigned>(open.size()) + i];
-      write(row, found[i]);
-      for (const auto& one : absent) {
-        if (one.uri == found[i].uri) row.setProblem(log::printable(toString(one.why)));
-      }
-    }
+  return answerLater(context, [&](auto, auto later) -> Result<void> {
+    core_.devices().found([later, &core = core_](const Result<std::vector<hapticd::DeviceInfo>>& found) {
+      later->answer([&](auto results) -> Result<void> {
+        if (!found) return found.error();
+        writeDevices(results, core, *found);
+        return {};
+      });
+    });
     return {};
   });
 }

@@ -4,11 +4,13 @@
 #include <atomic>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <thread>
 #include <utility>
 
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
+#include "tests/support/eventually.h"
 
 namespace hapticd::test {
 namespace {
@@ -48,9 +50,44 @@ TEST(Hardware, IsTheSameDeviceHoweverItIsDriven) {
   const auto again = bench.core.openDevice("falcon://EMU1", bench.connection);
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(*again, *opened);
-  const auto found = bench.core.devices().found();
+  std::vector<DeviceInfo> found;
+  bench.core.devices().found([&](const Result<std::vector<DeviceInfo>>& looked) { found = looked.value(); });
+  EXPECT_TRUE(eventually([&] {
+    bench.core.poll();
+    return !found.empty();
+  }));
   ASSERT_EQ(found.size(), 1u) << "what is open is not there once more";
   EXPECT_EQ(found[0].uri, "falcon://EMU2");
+}
+
+/** Nobody waits for a bus that takes its time, but whoever asks what is on it; and it is looked at for all at once. */
+TEST(Hardware, IsLookedForAside) {
+  Bench bench;
+  std::promise<void> go;
+  std::atomic<int> looks = 0;
+  bench.core.devices().setFinder([&, wait = go.get_future().share()] {
+    wait.wait();
+    std::vector<DeviceFound> found(1);
+    found[0].info.uri = "falcon://EMU" + std::to_string(++looks);
+    return found;
+  });
+  std::vector<std::string> heard;
+  const auto ask = [&] {
+    bench.core.devices().found(
+        [&](const Result<std::vector<DeviceInfo>>& looked) { heard.push_back(looked.value().front().uri); });
+  };
+  for (int i = 0; i < 4; ++i) ask();
+  Session* const session = bench.live();
+  EXPECT_TRUE(bench.arm(session->id).ok()) << "all else goes on";
+  EXPECT_TRUE(heard.empty());
+  go.set_value();
+  EXPECT_TRUE(eventually([&] {
+    bench.core.poll();
+    return heard.size() == 4;
+  }));
+  EXPECT_EQ(heard, (std::vector<std::string>{"falcon://EMU1", "falcon://EMU2", "falcon://EMU2", "falcon://EMU2"}))
+      << "what somebody plugs in before he asks is seen";
+  EXPECT_EQ(looks, 2);
 }
 
 /** Opening it writes to a line that the client might not write to itself, whatever hangs on that. */

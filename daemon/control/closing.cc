@@ -74,6 +74,7 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   recordings_.groupClosed(*link);
   wanted_.closed(group);
   events_dropped_.erase(link);
+  missed_.erase(link);
   for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
   if (closed->empty()) return {};
   return Error{ErrorCode::kTimeout, closed->front(), "it is out of use, but its driver does not let go of it",

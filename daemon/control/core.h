@@ -305,8 +305,14 @@ class Core {
   std::list<Wish> wishes_;
   std::list<RecordWish> record_wishes_;
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
+  /** Periods that a servo has missed and nobody was told of yet. */
+  struct Missed {
+    log::RateLimit told{1'000'000'000, 5};
+    std::uint64_t periods = 0;
+  };
+  std::map<const GroupLink*, Missed> missed_;
   log::RateLimit refused_log_{1'000'000'000, 5};
-  log::RateLimit overrun_log_{1'000'000'000, 1};
+  log::RateLimit overrun_log_{10'000'000'000, 1};
   log::RateLimit stopped_log_{1'000'000'000, 2 * kMaxGroups* kMaxDevices};  ///< All at once, twice.
   log::RateLimit bypassed_log_{1'000'000'000, 5};
   bool busy_ = false;

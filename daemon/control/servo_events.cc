@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "daemon/control/core.h"
 
@@ -149,8 +150,13 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
       disarmed_.push_back(std::move(event));
       return;
     case ServoEventKind::kOverrun:
+      // A machine that is too busy misses some in every second one: not each is worth an event.
+      missed_[&link].periods += e.value;
+      if (!missed_[&link].told.allow(clock_.now(), suppressed)) return;
+      event.value = static_cast<std::uint32_t>(std::min<std::uint64_t>(std::exchange(missed_[&link].periods, 0), ~0u));
       if (overrun_log_.allow(clock_.now(), suppressed)) {
-        log::warn("{}: missed {} period{}{}", name, e.value, e.value == 1 ? "" : "s", log::suppressedNote(suppressed));
+        log::info("{}: missed {} period{}{}", name, event.value, event.value == 1 ? "" : "s",
+                  log::suppressedNote(suppressed));
       }
       break;
     default:

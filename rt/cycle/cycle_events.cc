@@ -157,6 +157,11 @@ void Cycle::tellOn(const Cycle& former) noexcept {
 void Cycle::raiseEvents(std::uint32_t d, const CycleInput& input, CycleOutput& output) HD_RT {
   DeviceState& device = devices_[d];
   DeviceOutput& out = output.device[d];
+  if (d == 0 && input.missed != 0) {  // The first stands for the group.
+    ServoEvent event = eventAt(ServoEventKind::kOverrun, d, input);
+    event.value = input.missed;
+    output.events.add(event);
+  }
   raiseTouches(d, input, output);
 
   if (device.moved && output.events.count < EventBatch::kCapacity) {

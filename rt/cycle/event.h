@@ -18,7 +18,7 @@ enum class ServoEventKind : std::uint32_t {
   kFault = 3,
   kArmed = 4,
   kDisarmed = 5,
-  kOverrun = 10,
+  kOverrun = 10,  ///< `value`: periods missed just before.
   kModelExpired = 13,
   kCommandRefused = 64,  ///< For the log: `value` is the error, `order` what was refused, `session` whose it was.
   kWarm = 65,            ///< For the log: the motors are warm (`value` 1) or no longer (0).

@@ -22,7 +22,7 @@ typedef enum haptic_event_kind {
   HAPTIC_EVENT_LEASE_TAKEN = 7,
   HAPTIC_EVENT_DEVICE_ADDED = 8,
   HAPTIC_EVENT_DEVICE_REMOVED = 9,
-  HAPTIC_EVENT_OVERRUN = 10, /**< value: periods missed. */
+  HAPTIC_EVENT_OVERRUN = 10, /**< A few a second; value: periods missed since the last. */
   HAPTIC_EVENT_CLIENT_JOINED = 11,
   HAPTIC_EVENT_CLIENT_LEFT = 12,
   HAPTIC_EVENT_MODEL_EXPIRED = 13, /**< value: model slot. */

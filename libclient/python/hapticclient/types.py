@@ -174,8 +174,8 @@ class SampleFlag(enum.IntFlag):
 
 class EventKind(enum.IntEnum):
     """What an event tells, with Event.object for TOUCH and UNTOUCH. Event.value is of BUTTON the mask now, of FAULT the Fault,
-    of OVERRUN the periods missed, of MODEL_EXPIRED the slot, of REFUSED the Code of a push that the daemon has refused, with what
-    and why in Event.text."""
+    of OVERRUN the periods missed since the last, of MODEL_EXPIRED the slot, of REFUSED the Code of a push that the daemon has
+    refused, with what and why in Event.text."""
     TOUCH = 0
     UNTOUCH = 1
     BUTTON = 2

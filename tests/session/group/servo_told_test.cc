@@ -116,6 +116,36 @@ TEST_F(ServoTold, AnExpiredModelWithItsSlotAndItsSession) {
   EXPECT_EQ(expired.device, bench.device(1).name) << "that it was felt on";
 }
 
+/** Of a machine that is too busy: a few events a second, which together tell all that was missed. */
+TEST_F(ServoTold, PeriodsThatItMissed) {
+  const std::int64_t period_ns = bench.core.devices().links().front()->group().options().cycle.period_ns;
+  const auto late = [&](std::int64_t periods) {
+    bench.clock.advance(periods * period_ns);
+    bench.step();
+  };
+  late(7);
+  const Event first = heard(EventKind::kOverrun);
+  EXPECT_EQ(first.device, bench.device(0).name);
+  std::uint64_t told = first.value, events = 0;
+  EXPECT_EQ(told, bench.core.devices().links().front()->group().servo().counters.missed.load());
+  const auto listen = [&] {
+    for (EventHub::Batch batch = hub().take(listener_); !batch.events.empty(); batch = hub().take(listener_)) {
+      for (const Event& event : batch.events) {
+        if (event.kind != EventKind::kOverrun) continue;
+        told += event.value;
+        ++events;
+      }
+    }
+  };
+  for (int i = 0; i < 100; ++i) late(3);
+  listen();
+  EXPECT_LE(events, 5u);
+  bench.step(1000);
+  late(2);
+  listen();
+  EXPECT_EQ(told, bench.core.devices().links().front()->group().servo().counters.missed.load());
+}
+
 /** A servo whose events nobody fetches counts those it drops; subscribers are told of each of them once. */
 TEST_F(ServoTold, WhatItHadNoRoomFor) {
   std::uint64_t got = 0, lost = 0;

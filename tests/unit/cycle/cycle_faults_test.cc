@@ -107,5 +107,20 @@ TEST_F(CycleFaults, OfOneDeviceStopThatOne) {
   expectFaults(HD_FAULT_NOT_FINITE, HD_FAULT_DEVICE_ERROR, "a source that is not finite");
 }
 
+TEST_F(CycleFaults, PeriodsThatWereMissedAreToldOnceHoweverManyHandsThereAre) {
+  for (const std::uint32_t missed : {0u, 1u, 7u, 0u}) {
+    input->missed = missed;
+    step();
+    std::uint32_t events = 0, told = 0;
+    for (std::uint32_t i = 0; i < output->events.count; ++i) {
+      if (output->events.event[i].kind != ServoEventKind::kOverrun) continue;
+      ++events;
+      told = output->events.event[i].value;
+    }
+    EXPECT_EQ(events, missed != 0 ? 1u : 0u);
+    EXPECT_EQ(told, missed);
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

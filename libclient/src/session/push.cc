@@ -60,6 +60,9 @@ int refuse(haptic_session* session, int code) {
                     {"flags", "16 targets of this session have a mailbox already",
                      "push this one without latest (HAPTIC_PUSH_LATEST)"});
     case HAPTIC_DISCONNECTED:
+      if (!session->connection->ownProcess()) {
+        return refuse(session, code, {"process", "the connection was made before fork()", "connect anew in the child"});
+      }
       return refuse(session, code,
                     {"session", "is over", "haptic_reconnect() and haptic_session_reopen(), or open another"});
     default:

@@ -85,7 +85,11 @@ TEST(Fork, AChildIsRefusedWhereItHasNoMemory) {
     wrong |= haptic_session_describe(session, &session_info, nullptr) == HAPTIC_DISCONNECTED ? 0 : 32;
     wrong |= haptic_get_daemon_info(client, &daemon_info, nullptr) == HAPTIC_DISCONNECTED ? 0 : 64;
     // Nor did the daemon end it, as one is told that may open it again.
-    const bool told = haptic_session_disarm(session, &error) == HAPTIC_DISCONNECTED && error.where[0] == 'p';
+    bool told = haptic_session_disarm(session, &error) == HAPTIC_DISCONNECTED && error.where[0] == 'p';
+    haptic_error push = HAPTIC_ERROR_INIT;
+    const haptic_clear_model none{};
+    told = told && haptic_push_clear_model(session, &none, nullptr) == HAPTIC_DISCONNECTED;
+    told = told && haptic_push_refusal(session, &push) == HAPTIC_DISCONNECTED && push.where[0] == 'p';
     wrong |= told ? 0 : 128;
     _exit(wrong);
   }

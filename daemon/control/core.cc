@@ -140,7 +140,7 @@ void Core::poll() {
   go([&] { meshes_.reclaim(); });
   go([&] { scene_.textures().reclaim(); });
   go([&] { uploads_.poll(); });
-  busy_ = busy_ || uploads_.busy() || meshes_.busy() || scene_.textures().busy();
+  busy_ = busy_ || uploads_.busy() || meshes_.busy() || scene_.textures().busy() || recordings_.copies().size() != 0;
   go([&] { recordings_.poll(); });
   if (no_memory) throw std::bad_alloc();
 }
@@ -289,8 +289,10 @@ void Core::record(std::string_view uri, std::uint64_t connection, RecordDone don
 void Core::fulfil(RecordWish wish) {
   if (!clients_.has(wish.connection))
     return wish.done(Error{ErrorCode::kTimeout, "connection", "the client has left", {}});
-  auto started = record(wish.uri, wish.connection);
   const auto device = devices_.find(wish.uri);
+  if (device && record_wishes_.size() < kWishes && !recordings_.ready(**device, client(wish.connection)))
+    return record_wishes_.push_back(std::move(wish));
+  auto started = record(wish.uri, wish.connection);
   const bool waits = !started && started.error().code == ErrorCode::kAlreadyExists && device &&
                      recordings_.ends(*(*device)->link) && record_wishes_.size() < kWishes &&
                      clock_.now() < wish.until_ns;

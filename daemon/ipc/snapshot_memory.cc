@@ -91,8 +91,16 @@ Result<Mapping> addMotion(MeshView& view) {
   return memory;
 }
 
-std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot) {
-  std::vector<std::byte> copy(snapshot.begin(), snapshot.end());
+void copyMoved(std::span<const std::byte> snapshot, std::span<std::byte> copy) noexcept {
+  hd_snapshot_header header;
+  std::memcpy(&header, copy.data(), sizeof header);
+  for (const auto section : {HD_SECTION_VERTICES, HD_SECTION_NODES, HD_SECTION_CORNERS}) {
+    const hd_section& moves = header.section[section];
+    std::memcpy(copy.data() + moves.offset, snapshot.data() + moves.offset, moves.bytes);
+  }
+}
+
+void closeDeformed(std::span<std::byte> copy) noexcept {
   hd_snapshot_header header;
   std::memcpy(&header, copy.data(), sizeof header);
   hd_bvh_node root;
@@ -101,9 +109,8 @@ std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot) {
     header.lower[axis] = *std::min_element(root.lower[axis], root.lower[axis] + root.used);
     header.upper[axis] = *std::max_element(root.upper[axis], root.upper[axis] + root.used);
   }
-  header.checksum = snapshotChecksum(std::span<const std::byte>(copy).subspan(sizeof header));
+  header.checksum = snapshotChecksum(copy.subspan(sizeof header));
   std::memcpy(copy.data(), &header, sizeof header);
-  return copy;
 }
 
 }  // namespace hapticd

@@ -33,7 +33,10 @@ struct SnapshotMemory {
  */
 [[nodiscard]] Result<SnapshotMemory> copySnapshot(UniqueFd fd, const SnapshotMemory& checked, bool lock);
 
-/** A copy of a snapshot whose vertices have been moved, whole again: with the box and the checksum it has now. */
-[[nodiscard]] std::vector<std::byte> copyDeformed(std::span<const std::byte> snapshot);
+/** What moved vertices change of a snapshot, into a copy of it as it was; then closeDeformed() is due. */
+void copyMoved(std::span<const std::byte> snapshot, std::span<std::byte> copy) noexcept;
+
+/** Makes a copy of a snapshot whose vertices have been moved whole again: with the box and the checksum it has now. */
+void closeDeformed(std::span<std::byte> copy) noexcept;
 
 }  // namespace hapticd

@@ -9,6 +9,7 @@
 #include <new>
 #include <system_error>
 
+#include "daemon/ipc/snapshot_memory.h"
 #include "rt/base/clock.h"
 
 namespace hapticd {
@@ -137,7 +138,8 @@ bool Recorder::writeDue(RecordingWriter& writer) {
     }
     return due;
   };
-  for (const Mesh& mesh : takeDue(meshes_)) {
+  for (Mesh& mesh : takeDue(meshes_)) {
+    if (mesh.open) closeDeformed(mesh.copy);
     if (!writer.mesh(mesh.entry, mesh.bytes())) return false;
   }
   for (const Texture& due : takeDue(textures_)) {

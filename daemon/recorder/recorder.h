@@ -38,6 +38,7 @@ class Recorder {
     std::uint64_t after = 0;
     Mapping shared;
     std::vector<std::byte> copy;
+    bool open = false;  ///< The copy is to be closed (closeDeformed()), on the recorder's thread.
     [[nodiscard]] std::span<const std::byte> bytes() const {
       return shared ? shared.bytes() : std::span<const std::byte>(copy);
     }

@@ -1,9 +1,11 @@
 #include "daemon/recorder/recordings.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <ctime>
+#include <iterator>
 #include <new>
 
 #include "daemon/ipc/snapshot_memory.h"
@@ -24,22 +26,29 @@ std::int64_t wallClock() {
   return static_cast<std::int64_t>(t.tv_sec) * 1'000'000'000 + t.tv_nsec;
 }
 
-/** A rigid mesh is shared and sealed; a deformable one is copied as it is now, unless nothing has moved it yet. */
-Result<Recorder::Mesh> keep(const PublishedMesh& mesh, bool fresh) {
+/** As the builder made it, sealed: what every rigid mesh is, and a deformable one that nothing has moved yet. */
+Result<Recorder::Mesh> share(const PublishedMesh& mesh) {
+  auto fd = duplicate(mesh.fd);
+  if (!fd) return fd.error();
+  auto file = Memfd::adopt(std::move(*fd));
+  if (!file) return file.error();
+  auto mapping = file->map(Memfd::Access::kRead);
+  if (!mapping) return mapping.error();
   Recorder::Mesh out;
   out.entry = mesh.entry;
-  if (!mesh.deformable || fresh) {
-    auto fd = duplicate(mesh.fd);
-    if (!fd) return fd.error();
-    auto file = Memfd::adopt(std::move(*fd));
-    if (!file) return file.error();
-    auto mapping = file->map(Memfd::Access::kRead);
-    if (!mapping) return mapping.error();
-    out.shared = std::move(*mapping);
-    return out;
-  }
-  out.copy = copyDeformed(mesh.bytes);
+  out.shared = std::move(*mapping);
   return out;
+}
+
+/** The number of a mesh's file; 0: it has none. */
+std::uint64_t numberOf(int fd) {
+  struct stat file {};
+  return ::fstat(fd, &file) == 0 ? file.st_ino : 0;
+}
+
+/** Only while its servo stands, or has none of its own. */
+bool hasMoved(GroupLink& link, const PublishedMesh& mesh) {
+  return mesh.deformable && link.meshes().get(mesh.entry)->deform.moves != 0;
 }
 
 Error armed(const std::string& device) {
@@ -118,7 +127,22 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
   recording.by = by;
   RecordingHeader header = describe(link, devices);
   header.flush_denormals = link.group().options().threads;
+  const std::vector<PublishedMesh> published = meshes_.published(link);
   std::vector<Recorder::Mesh> meshes;
+  for (const PublishedMesh& mesh : published) {
+    auto shared = share(mesh);
+    if (!shared) return shared.error();
+    meshes.push_back(std::move(*shared));
+  }
+  auto deformed = deformedOf(link, published);
+  if (!deformed) return deformed.error();
+  // With pages for what moves change, and what they do not: neither takes time of the servo's.
+  for (const PublishedMesh& mesh : *deformed) {
+    const auto same = std::ranges::find(meshes, mesh.entry, &Recorder::Mesh::entry);
+    same->copy = copyAsBuilt(mesh, same->shared.bytes());
+    same->shared = {};
+  }
+  forgetCopies();
   std::vector<Recorder::Texture> textures;
   Result<void> outcome;
   // Made of orders, as for a servo that has just started, and not a copy of its insides: docs/recording.md says why.
@@ -134,13 +158,15 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
       start.config.guard[d].limits = former.deviceGuard(d).limits();
       start.config.guard[d].heat = former.deviceGuard(d).heat();
     }
-    for (const PublishedMesh& mesh : meshes_.published(link)) {
-      auto kept = keep(mesh, false);
-      if (!kept) {
-        outcome = kept.error();
-        return;
+    for (std::size_t i = 0; i < published.size(); ++i) {
+      if (!hasMoved(link, published[i])) continue;
+      Recorder::Mesh& to = meshes[i];
+      if (to.shared) {  // It moved only since.
+        to.copy = copyAsBuilt(published[i], to.shared.bytes());
+        to.shared = {};
       }
-      meshes.push_back(std::move(*kept));
+      copyMoved(published[i].bytes, to.copy);
+      to.open = true;
     }
     for (PublishedTexture& texture : scene_.textures().published(link)) textures.push_back({0, std::move(texture)});
     start.tick = servo.lastInput().tick;
@@ -165,6 +191,66 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
   all_.merge(made);
   log::info("{}: '{}' (pid {}) records it", link.name(), log::printable(by.name), by.pid);
   return started;
+}
+
+Result<std::vector<PublishedMesh>> Recordings::deformedOf(GroupLink& link, const std::vector<PublishedMesh>& all) {
+  std::vector<PublishedMesh> deformed;
+  deformed.reserve(all.size());
+  if (std::ranges::none_of(all, &PublishedMesh::deformable)) return deformed;
+  const auto look = [&](Servo&) {
+    std::ranges::copy_if(all, std::back_inserter(deformed), [&](const auto& mesh) { return hasMoved(link, mesh); });
+  };
+  if (auto r = link.group().betweenCycles(look); !r) return r.error();
+  return deformed;
+}
+
+std::vector<std::byte> Recordings::copyAsBuilt(const PublishedMesh& mesh, std::span<const std::byte> bytes) {
+  const auto made = made_.find(numberOf(mesh.fd));
+  if (made != made_.end() && made->second.size() == bytes.size()) return std::move(made->second);
+  return {bytes.begin(), bytes.end()};
+}
+
+bool Recordings::ready(OpenDevice& device, const Client& by) {
+  GroupLink& link = *device.link;
+  if (copies_for_ != nullptr) return copies_for_ == &link && copied_ns_ != 0;
+  if (!mayRecord(device, by)) return true;  // start() says so.
+  const auto deformed = deformedOf(link, meshes_.published(link));
+  if (!deformed) return true;
+  std::uint64_t bytes = 0;
+  std::vector<UniqueFd> files;
+  for (const PublishedMesh& mesh : *deformed) {
+    auto file = duplicate(mesh.fd);
+    if (!file) return true;
+    bytes += mesh.bytes.size();
+    files.push_back(std::move(*file));
+  }
+  if (bytes < kLarge_bytes) return true;
+  (void)copies_.start(
+      [files = std::move(files)]() mutable -> Result<Copies> {
+        Copies made;
+        for (UniqueFd& fd : files) {
+          const std::uint64_t number = numberOf(fd.get());
+          auto file = Memfd::adopt(std::move(fd));
+          if (!file) return file.error();
+          const auto mapping = file->map(Memfd::Access::kRead);
+          if (!mapping) return mapping.error();
+          const auto bytes = mapping->bytes();
+          made.emplace(number, std::vector<std::byte>(bytes.begin(), bytes.end()));
+        }
+        return made;
+      },
+      [this](Result<Copies> made) {
+        copied_ns_ = clock_.now();
+        if (made) made_ = std::move(*made);  // Else start() makes them.
+      });
+  copies_for_ = &link;
+  return false;
+}
+
+void Recordings::forgetCopies() {
+  copies_for_ = nullptr;
+  copied_ns_ = 0;
+  if (!made_.empty()) (void)copies_.letGo(std::exchange(made_, {}), [] {});
 }
 
 void Recordings::endRecording(Recording& recording, const std::string& reason) {
@@ -234,6 +320,9 @@ void Recordings::groupClosed(const GroupLink& link) {
 }
 
 void Recordings::poll() {
+  constexpr std::int64_t kKept_ns = 1'000'000'000;
+  copies_.poll();
+  if (copied_ns_ != 0 && clock_.now() - copied_ns_ > kKept_ns) forgetCopies();  // Whoever wanted them has gone.
   for (auto it = all_.begin(); it != all_.end();) {
     Recording& recording = it->second;
     Recorder& recorder = *recording.recorder;
@@ -254,7 +343,7 @@ void Recordings::poll() {
 void Recordings::published(CommandSink& sink, const PublishedMesh& mesh) {
   for (auto& [id, recording] : all_) {
     if (recording.link != &sink || !recording.reason.empty()) continue;
-    if (auto kept = keep(mesh, true)) {
+    if (auto kept = share(mesh)) {
       recording.recorder->add(std::move(*kept));
     } else {
       endRecording(recording, toString(kept.error()));

@@ -7,11 +7,13 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "daemon/device/device_manager.h"
 #include "daemon/recorder/recorder.h"
+#include "daemon/scene/upload/aside.h"
 #include "daemon/session/session_manager.h"
 
 namespace hapticd {
@@ -38,6 +40,13 @@ class Recordings {
    * starts anew.
    */
   [[nodiscard]] Result<Started> start(OpenDevice& device, const Client& by, const DeviceManager& devices);
+  /**
+   * Whether start() keeps nobody waiting: where much has been deformed there, a thread first makes copies of it, into
+   * which start() then only has to put what has moved. One group at a time.
+   */
+  [[nodiscard]] bool ready(OpenDevice& device, const Client& by);
+  /** That thread. */
+  [[nodiscard]] Aside& copies() { return copies_; }
   /** `done` is called once, from poll(), when all is written, whoever else asked. Unknown ids are done at once. */
   void stop(std::uint64_t id, Done done);
   /** Nobody reads it any more. Where there is no memory to end it a later poll() does. */
@@ -77,6 +86,12 @@ class Recordings {
   /** All is written, and the servo has let go: only its client's handle is still there. */
   [[nodiscard]] static bool isOver(const Recording& recording);
   void published(CommandSink& sink, const PublishedMesh& mesh);
+  /** Which of them have been deformed, once their servo stands. */
+  [[nodiscard]] static Result<std::vector<PublishedMesh>> deformedOf(GroupLink& link,
+                                                                     const std::vector<PublishedMesh>& all);
+  /** Of the mesh as it was built; one that is ready, else made now. */
+  [[nodiscard]] std::vector<std::byte> copyAsBuilt(const PublishedMesh& mesh, std::span<const std::byte> bytes);
+  void forgetCopies();
   Result<void> mayRecord(const OpenDevice& device, const Client& by) const;
 
   SceneModel& scene_;
@@ -87,6 +102,13 @@ class Recordings {
   MonotonicClock clock_;
   std::map<std::uint64_t, Recording> all_;
   std::uint64_t next_ = 1;
+
+  /** As built, by the number of its file. */
+  using Copies = std::map<std::uint64_t, std::vector<std::byte>>;
+  const GroupLink* copies_for_ = nullptr;  ///< Whose copies are made, or ready.
+  std::int64_t copied_ns_ = 0;             ///< Since when they are ready; 0: they are not.
+  Copies made_;
+  Aside copies_;  // last: its thread ends first
 };
 
 }  // namespace hapticd

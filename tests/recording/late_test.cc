@@ -1,7 +1,11 @@
 // A servo that missed periods felt what its replay feels: how long a tick is, both know before its commands.
 #include <gtest/gtest.h>
 
+#include <future>
+#include <optional>
+
 #include "tests/recording/taken.h"
+#include "tests/support/eventually.h"
 #include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {
@@ -15,10 +19,10 @@ struct RisingSide {
   std::uint32_t object = 0;
   double z = 0.01;
 
-  RisingSide() {
+  explicit RisingSide(const UploadMesh& shape = cube()) {
     const Client root = bench.core.client(bench.administration);
     BuildMonitor monitor;
-    auto snapshot = buildSnapshot(upload(cube(), HD_MESH_DEFORMABLE), monitor);
+    auto snapshot = buildSnapshot(upload(shape, HD_MESH_DEFORMABLE), monitor);
     auto fd = snapshot->memfd.share();
     MeshInfo info;
     info.owner = root;
@@ -68,6 +72,53 @@ TEST(RecordingOfALateServo, MovesOfVerticesAreFeltAlike) {
   const auto verdict = verify(*replayerOf(taken.finish([&] { side.bench.step(); })));
   ASSERT_TRUE(verdict.ok());
   EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+}
+
+TEST(RecordingOfADeformedMesh, BeginsWithItAsItIs) {
+  RisingSide side;
+  Session* session = side.bench.live();
+  ASSERT_NE(session, nullptr);
+  for (int i = 0; i < 40; ++i) side.rise(0);
+  side.bench.scripted[0]->sample.p = {1e-3, 2e-3, 0.03};
+  side.bench.step(5);
+  Taken taken(side.bench);
+  ASSERT_TRUE(side.bench.arm(session->id).ok());
+  side.bench.step(30);
+  for (double z = 0.03; z > side.z - 5e-4; z -= 1e-4) {
+    side.bench.scripted[0]->sample.p.z() = z;
+    side.bench.step();
+  }
+  EXPECT_GT(side.bench.sample().force[2], 0.1) << "it must be felt, and where it is now";
+  const auto verdict = verify(*replayerOf(taken.finish([&] { side.bench.step(); })));
+  ASSERT_TRUE(verdict.ok());
+  EXPECT_EQ(verdict->differing, 0u) << verdict->first;
+}
+
+/** Pages for many triangles take 0.2 s, in which somebody may want to stop a device. */
+TEST(RecordingOfADeformedMesh, WaitsForCopiesOfWhatIsLarge) {
+  RisingSide side(torus(300, 200));
+  ASSERT_NE(side.bench.live(), nullptr);
+  side.rise(0);
+  side.bench.step(5);
+  std::promise<void> go;
+  side.bench.core.recordings().copies().start(
+      [wait = go.get_future().share()]() -> Result<int> {
+        wait.wait();
+        return 0;
+      },
+      [](const Result<int>&) {});
+  std::optional<bool> began;
+  side.bench.core.record("", side.bench.administration,
+                         [&](const Result<Recordings::Started>& started) { began = started.ok(); });
+  side.bench.step(10);
+  EXPECT_FALSE(began.has_value());
+  EXPECT_EQ(side.bench.core.recordings().copies().size(), 2u);
+  go.set_value();
+  EXPECT_TRUE(eventually([&] {
+    side.bench.step();
+    return began.has_value();
+  }));
+  EXPECT_EQ(began, true);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "daemon/builder/build.h"
+#include "tests/support/random.h"
 #include "tests/unit/builder/built.h"
 
 namespace hapticd::test {
@@ -69,6 +70,30 @@ TEST(SnapshotCopy, IsOfSealedMemoryAlone) {
   const auto open = Memfd::create("hapticd-test", built.memory.mapping.size());
   ASSERT_TRUE(open.ok());
   EXPECT_EQ(copySnapshot(std::move(*open->share()), built.memory, false).error().code, ErrorCode::kPermissionDenied);
+}
+
+/** Of a recording that begins: the copy as built was made before the servo stood still. */
+TEST(SnapshotCopy, OfWhatHasMovedIsAsTheServoHasIt) {
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(torus(40, 30), HD_MESH_DEFORMABLE), monitor);
+  ASSERT_TRUE(built.ok()) << toString(built.error());
+  auto servo = openSnapshot(std::move(*built->memfd.share()), false);
+  ASSERT_TRUE(servo.ok());
+  const auto as_it_is = servo->mapping.bytes();
+  std::vector<std::byte> copy(as_it_is.begin(), as_it_is.end());
+  Random random(1);
+  for (std::uint32_t vertex = 0; vertex < servo->view.deform.source_count; vertex += 3) {
+    float to[3];
+    for (float& x : to) x = static_cast<float>(random.in(-0.2, 0.2));
+    ASSERT_EQ(moveVertex(servo->view, vertex, to), ErrorCode::kOk);
+  }
+  EXPECT_NE(std::memcmp(copy.data(), as_it_is.data(), copy.size()), 0);
+  copyMoved(as_it_is, copy);
+  EXPECT_EQ(std::memcmp(copy.data(), as_it_is.data(), copy.size()), 0) << "the servo has changed what is not copied";
+  EXPECT_FALSE(validateSnapshot(copy).ok()) << "its checksum is still that of the mesh as built";
+  closeDeformed(copy);
+  const auto whole = validateSnapshot(copy);
+  EXPECT_TRUE(whole.ok()) << toString(whole.error());
 }
 
 }  // namespace

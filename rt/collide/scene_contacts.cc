@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rt/base/rotation.h"
 #include "rt/collide/edge_search.h"
@@ -93,7 +94,9 @@ void SceneContacts::keep(const Contact& contact, const CollideRequest::Held& hel
   const auto side = static_cast<std::uint8_t>(1 + 6 * body + 2 * axis + (contact.n_W[axis] < 0 ? 1 : 0));
   const bool corner = made_of_.kind == ShapeKind::kBox && contact.feature_a < kBoxCorners;
   const double depth = contact.depth + reach + (stays ? ContactModel::kLeastReach : 0) + (corner ? reach_ : 0);
-  const Kept kept{far ? kFar : side, depth, reach};
+  // A face's points are often all as deep as the way out of it, and hundreds.
+  const bool first = contact.feature_a == kWayOut;
+  const Kept kept{far ? kFar : side, first ? std::numeric_limits<double>::infinity() : depth, reach};
   const std::uint32_t at = roomFor(kept);
   if (at == kMaxContacts) return;
   if (at == found_.count) {

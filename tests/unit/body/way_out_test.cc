@@ -16,7 +16,7 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kAsker = 5;  ///< Its slot.
+constexpr std::uint32_t kAsker = 5;  ///< The slot of who asks.
 
 /** Of one that asks about an obstacle, in the world. */
 struct WayTold {
@@ -24,11 +24,12 @@ struct WayTold {
   double deep = 0;
 };
 
-std::optional<WayTold> ask(const Solid& asks, const Solid& about, std::uint32_t slot, bool put = true) {
+std::optional<WayTold> ask(const Solid& asks, const Solid& about, std::uint32_t slot, bool put = true,
+                           std::uint32_t asker = kAsker) {
   const auto collider = std::make_unique<Collider>();
   CollideRequest request;
   CollideRequest::Held& held = request.held[kMaxDevices];
-  held.object = makeObjectId(kAsker, 1);
+  held.object = makeObjectId(asker, 1);
   held.shape = asks.shape;
   held.X_WO = asks.X_WO;
   held.put = put;
@@ -100,6 +101,33 @@ TEST(WayOut, IsToldOfSolidsThatReachFarIntoEachOtherOnly) {
   soft.mesh = yields.deformableView();
   EXPECT_FALSE(isTold(soft, ball, 0.008));
   EXPECT_FALSE(isTold(box, sheet, 0.008));
+}
+
+/** In one place any way is as short: each goes where the other's answer sends it away from. */
+TEST(WayOut, TwoThatAskOfEachOtherAreSentApart) {
+  forSeeds(40, [](unsigned seed) {
+    Random random(seed);
+    const Shape box{ShapeKind::kBox, Vec3::Constant(random.in(0.005, 0.02))};
+    const Shape other{random.once(2) ? ShapeKind::kBox : ShapeKind::kSphere, box.size};
+    const Pose X = random.pose(0.1), Y{X.p, random.once(2) ? X.q : random.turn()};
+    const std::optional<WayTold> one = ask({box, X}, {other, Y}, 9),
+                                 second = ask({other, Y}, {box, X}, kAsker, true, 9);
+    ASSERT_TRUE(one && second);
+    EXPECT_LT((one->n + second->n).norm(), 1e-5);
+    EXPECT_NEAR(one->deep, second->deep, 1e-7);
+  });
+}
+
+/** The box about a mesh is no solid: between two parts of one is room. */
+TEST(WayOut, IsNotToldOfWhoIsInTheBoxAboutAMeshAlone) {
+  const Shape ball{ShapeKind::kSphere, {0.005, 0, 0}};
+  test::TestMesh parts = test::boxMesh(Vec3::Constant(0.01), {-0.03, 0, 0}), right = parts;
+  for (const auto& v : right.vertices) parts.vertices.push_back({v[0] + 0.06F, v[1], v[2]});
+  for (const auto& t : right.triangles) parts.addTriangle(t[0] + 8, t[1] + 8, t[2] + 8);
+  Shape mesh{ShapeKind::kMesh, Vec3::Zero()};
+  mesh.mesh = parts.view();
+  EXPECT_FALSE(ask({ball, {}}, {mesh, {}}, 1));
+  EXPECT_TRUE(ask({ball, {Vec3(0.03, 0, 0), Quat::Identity()}}, {mesh, {}}, 1));
 }
 
 }  // namespace

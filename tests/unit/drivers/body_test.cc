@@ -41,6 +41,27 @@ TEST(PointBody, StopsHoldAConstantPushAtForceOverStiffness) {
   EXPECT_NEAR(body.position().z(), -0.05 - 4.0 / 5000 * scale, 1e-9);
 }
 
+/** What leaves it faster than its damper lets the spring follow flies on as it did. */
+TEST(PointBody, AStopNeverPulls) {
+  for (const double side : {-1.0, 1.0}) {
+    PointBody body({0.2}, box(0.05, 100, 50), kStep_s);
+    const Vec3 v(0, -side, 0);
+    body.place(Vec3(0, side * 0.0505, 0), v);
+    body.step(Vec3::Zero(), Vec3::Zero(), Vec3::Zero());
+    EXPECT_LT((body.velocity() - v).norm(), 1e-14) << side;
+  }
+}
+
+TEST(PointBody, TheHandTakesItAlongAsFastAsItAims) {
+  PointBody body({0.2, 2, 0, 0, 6}, Stops{}, kStep_s);
+  const Vec3 aims(0.3, -0.1, 0.2);
+  for (int i = 0; i < 16000; ++i) body.step(Vec3::Zero(), Vec3::Zero(), aims);
+  EXPECT_LT((body.velocity() - 6.0 / 8 * aims).norm(), 1e-9);
+  RotatingBody wrist({2e-4, 2e-3, 0, 0, 6e-3}, kStep_s);
+  for (int i = 0; i < 16000; ++i) wrist.step(Vec3::Zero(), Quat::Identity(), aims);
+  EXPECT_LT((wrist.velocity() - 6.0 / 8 * aims).norm(), 1e-9);
+}
+
 TEST(PointBody, TheHardestStopOfALightBodyIsStable) {
   PointBody body({0.005}, box(0.01, 100000, 1000), kStep_s);
   body.place(Vec3::Zero(), Vec3(5, 5, -5));
@@ -95,6 +116,8 @@ TEST(RotatingBody, GeneralMotionConvergesWithTheStep) {
   const double coarse = run(8).angularDistance(reference), fine = run(16).angularDistance(reference);
   EXPECT_LT(fine, 1e-3);
   EXPECT_GT(coarse / fine, 3.0);
+  const double finer = run(64).angularDistance(reference), finest = run(128).angularDistance(reference);
+  EXPECT_GT(finer / finest, 3.7) << "what is of first order, however little, shows here";
 }
 
 TEST(RotationVector, IsItsOwnInverse) {

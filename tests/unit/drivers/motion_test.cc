@@ -216,5 +216,38 @@ TEST(Motion, ALiveHandStrivesNoFartherThanItSaysButThatFar) {
   EXPECT_EQ(motion.at(0.3).p, Vec3(0.1, -10, 10)) << "what is no place is passed over";
 }
 
+TEST(Motion, ALiveHandStartsWhereItIsSetUpAndTurnsAsItIsTold) {
+  MotionParameters set_up = of(MotionKind::kLive);
+  set_up.gripper_angle = 0.3;
+  IntendedMotion motion(set_up);
+  EXPECT_EQ(motion.at(0.3).p, set_up.centre);
+  EXPECT_LT(motion.at(0.3).q.angularDistance(fromRotationVector(set_up.orientation)), 1e-12);
+  EXPECT_EQ(motion.at(0.3).gripper_rad, 0.3);
+  const Quat told = fromRotationVector(Vec3(0.2, 0.4, -0.7));
+  DeviceIntent intent;
+  for (const double length : {0.52, 1.0, 1.98}) {  // What still means a rotation is taken as one.
+    for (const double angle : {-10.0, 0.1, 10.0}) {
+      intent.q.coeffs() = length * told.coeffs();
+      intent.gripper_rad = angle;
+      motion.setLive(intent);
+      EXPECT_LT((motion.at(0.3).q.coeffs() - told.coeffs()).norm(), 1e-12) << length;
+      EXPECT_EQ(motion.at(0.3).gripper_rad, angle);
+    }
+  }
+  const PoseOnTrack before = motion.at(0.3);
+  intent.q = Quat::Identity();
+  for (const double angle : {-10.1, 10.1, std::numeric_limits<double>::quiet_NaN()}) {
+    intent.gripper_rad = angle;
+    motion.setLive(intent);
+  }
+  intent.gripper_rad = 0;
+  for (const double length : {0.0, 0.48, 2.02, std::numeric_limits<double>::infinity()}) {
+    intent.q.coeffs() = length * told.coeffs();
+    motion.setLive(intent);
+  }
+  EXPECT_EQ(motion.at(0.3).q.coeffs(), before.q.coeffs());
+  EXPECT_EQ(motion.at(0.3).gripper_rad, before.gripper_rad);
+}
+
 }  // namespace
 }  // namespace hapticd

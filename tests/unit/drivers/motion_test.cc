@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "drivers/sim/body.h"
 
@@ -191,6 +193,19 @@ TEST(Motion, ARecordingStandsWhileItWaits) {
     }
     EXPECT_NEAR(waiting.at(1.75).p.x(), 0.035, 1e-12);
     EXPECT_NEAR(waiting.at(1.75).v.x(), 0.1, 1e-12);
+  }
+}
+
+TEST(Motion, LissajousSwingsAlongEachAxisByItself) {
+  MotionParameters m = of(MotionKind::kLissajous);
+  m.tremor = 0;
+  m.ratio = Vec3(1, 2, 3);
+  const IntendedMotion motion(m);
+  for (const double t_s : {0.0, 0.3, 1.1}) {
+    const double angle = 2 * std::numbers::pi * t_s / m.period;
+    Vec3 place = m.centre;
+    for (int i = 0; i < 3; ++i) place[i] += m.amplitude[i] * std::sin(m.ratio[i] * angle + m.phase[i]);
+    EXPECT_LT((motion.at(t_s).p - place).norm(), 1e-12) << t_s;
   }
 }
 

@@ -23,11 +23,10 @@ TOKEN = re.compile(r'"(?:\\.|[^"\\])*"|\'(?:\\.|[^\'\\])\'|[{};()]|[^{};()"\']+'
 COMMENT = re.compile(r'"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])+\'|//[^\n]*|/\*.*?\*/', re.S)
 SCOPE = re.compile(r"(?:inline\s+)?namespace\s*([\w:]*)\s*$")
 TYPE = re.compile(r"^(?:struct|class|union|enum(?:\s+class)?)\s+(?:alignas\(\w+\)\s*)?(\w+)")
-CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*(?=[=\[{(,]|$)")
 MEMBER = re.compile(r"^\s+static constexpr [^=;{(]*?\b(k[A-Z]\w*)\b", re.M)
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.M)
 OPEN = re.compile(r"^namespace \w+(::test)? \{", re.M)  # One that others are in.
-SHARED = re.compile(r"^inline constexpr [^=;{(]*?\b(k[A-Z]\w*)\b", re.M)
+SHARED = re.compile(r"^inline const(?:expr)? [^;]*;", re.M)
 FUNCTION = re.compile(r"\b([a-z]\w*)\s*\((.*)\)[^()]*$", re.S)
 
 
@@ -67,6 +66,14 @@ def types(parameters):
     return ", ".join(re.sub(r"^(.*[\s&*>])\w+(\[.*\])?$", r"\1\2", one.strip()).strip() for one in parted)
 
 
+def constants(words):
+    """What a declaration declares, without what it is made of."""
+    inner = None
+    while inner != words:
+        inner, words = words, re.sub(r"[({][^(){}]*[)}]", "", words)
+    return re.findall(r"\b(k[A-Z]\w*)", re.sub(r"=[^,;]*", "", words))
+
+
 def names(path):
     for words in declarations(path.read_text(encoding="utf-8")):
         words = " ".join(words.split())
@@ -77,7 +84,7 @@ def names(path):
             if "{" in words:
                 yield kind.group(1)
         elif re.match(r"(?:inline |static )*(?:constexpr|const)\b[^(]*\bk[A-Z]", words):
-            yield from CONSTANT.findall(re.sub(r"=[^,]*", "=", words))
+            yield from constants(words)
         elif function := FUNCTION.search(words.split("{")[0].replace("HD_RT", "")):
             yield f"{function.group(1)}({types(function.group(2))})"
 
@@ -106,8 +113,9 @@ def main():
         have = collections.defaultdict(set)
         for header in headers(root, files):
             text = header.read_text(encoding="utf-8")
-            for name in SHARED.findall(text) if OPEN.search(text) else ():
-                have[name].add(header)
+            for words in SHARED.findall(COMMENT.sub("", text)) if OPEN.search(text) else ():
+                for name in constants(words):
+                    have[name].add(header)
         for path in files:
             for name in names(path):
                 have[name].add(path)

@@ -13,7 +13,7 @@
 namespace hapticd {
 namespace {
 
-constexpr std::uint32_t kWall = makeObjectId(1, 1);
+constexpr std::uint32_t kDamper = makeObjectId(1, 1);
 
 EffectParameters anyDrag(Random& random) {
   EffectParameters e = test::effect(EffectKind::kViscous, random.in(0, 50), 0, random.in(0, 10), 10);
@@ -56,7 +56,7 @@ TEST(DampingProperty, AllTogetherDampByWhatTheDeviceBears) {
     config.guard[0].max_damping = can;
     test::SteppedCycle hand(config);
     if (scale != 1) hand.put(CommandKind::kSetMount, test::mountAt({}, 0, scale));
-    hand.add(test::solid(kWall, ShapeKind::kPlane, {20'000 / scale, wall / scale, 0, 0}));
+    hand.add(test::solid(kDamper, ShapeKind::kPlane, {20'000 / scale, wall / scale, 0, 0}));
     for (std::uint32_t i = 0, n = random.below(5u); i < n; ++i) {
       hand.add(test::solid(makeObjectId(2 + i, 1), ShapeKind::kGroup, {}));
       hand.put(CommandKind::kSetEffect, SetEffect{makeObjectId(2 + i, 1), 0, anyDrag(random)});

@@ -23,7 +23,7 @@ constexpr double kAsBefore = 1e-9;  // [N], [N m]
 constexpr double kScaled = 1e-8;    // Far from the origin a small world's places round more to the hand [N], [N m].
 constexpr double kSolved = 1e-7;    // What the solver of a tool's contacts leaves open [N], [N m].
 constexpr std::uint32_t kGround = makeObjectId(1, 1), kBall = makeObjectId(2, 1), kBox = makeObjectId(3, 1),
-                        kGuide = makeObjectId(4, 1), kTool = makeObjectId(5, 1), kBody = makeObjectId(6, 1);
+                        kGuide = makeObjectId(4, 1), kProbe = makeObjectId(5, 1), kBody = makeObjectId(6, 1);
 
 constexpr double kWave = 2 * M_PI / 64;  // Of the floor's relief, four in a picture [1/pixel].
 const Vec3 kBallAt(0.06, 0, 0.04), kBoxAt(-0.06, 0.01, 0.04), kBodyAt(0, 0.06, 0.04);
@@ -79,7 +79,7 @@ class MountedWorld : public test::SteppedCycle {
     put(CommandKind::kSetBody, body);
     object(kGuide, ShapeKind::kGroup, {{0, 0, 0.03}, Quat(Eigen::AngleAxisd(0.7, Vec3::UnitX()))}, Vec3::Zero());
     if (asked.tool) {
-      object(kTool, ShapeKind::kBox, {{0, 0, 0.1}, Quat::Identity()}, {0.01, 0.02, 0.005});
+      object(kProbe, ShapeKind::kBox, {{0, 0, 0.1}, Quat::Identity()}, {0.01, 0.02, 0.005});
       DeviceInfo device;
       device.max_force = 6;
       device.max_stiffness = 2000;
@@ -87,7 +87,7 @@ class MountedWorld : public test::SteppedCycle {
       device.max_damping = 5;
       device.max_angular_damping = 0.01;
       device.actuated_rotation = true;
-      AttachTool tool = test::attachBox(kTool, {0.02, 0.04, 0.01}, device);
+      AttachTool tool = test::attachBox(kProbe, {0.02, 0.04, 0.01}, device);
       tool.flags = kToolWeighs;
       for (double* x : {&tool.mass, &tool.outer, &tool.stiffness, &tool.damping}) *x /= s;
       for (double* x : {&tool.angular_outer, &tool.angular_stiffness, &tool.angular_damping}) *x *= s;
@@ -148,7 +148,7 @@ class MountedWorld : public test::SteppedCycle {
   /** Where the box in the hand meets the floor: at its lower corners. */
   void corners() {
     ToolContacts found{};
-    found.object = kTool;
+    found.object = kProbe;
     found.count = 4;
     for (std::uint32_t i = 0; i < 4; ++i) {
       ToolContacts::Point& p = found.point[i];

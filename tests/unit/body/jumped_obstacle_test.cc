@@ -14,7 +14,7 @@ using test::object;
 constexpr std::uint32_t kBelow = makeObjectId(40, 1), kNext = makeObjectId(40, 2), kOnTile = makeObjectId(21, 1),
                         kTaken = makeObjectId(22, 1);
 constexpr double kPull = 9.81, kStep = 1e-3;
-const Vec3 kTileHalf(0.05, 0.05, 0.01), kUnder(0.1, 0, -0.01), kBrick(0.01, 0.01, 0.005), kOn(0.1, 0, 0.005);
+const Vec3 kTileHalf(0.05, 0.05, 0.01), kUnder(0.1, 0, -0.01), kTileLoad(0.01, 0.01, 0.005), kOn(0.1, 0, 0.005);
 
 /** A brick on a slab; `later`: so many ticks, for answers come every second one. */
 struct Lying {
@@ -22,7 +22,7 @@ struct Lying {
     house->aim({0.5, 0.5, 0.3});
     house->run(5 + later);
     house->send(CommandKind::kSetGravity, SetGravity{{0, 0, -kPull}});
-    house->send(CommandKind::kAddObject, object(kOnTile, ShapeKind::kBox, kBrick, kOn));
+    house->send(CommandKind::kAddObject, object(kOnTile, ShapeKind::kBox, kTileLoad, kOn));
     setFree(kOnTile, 0.01, true);
     house->send(CommandKind::kAddObject, object(kBelow, ShapeKind::kBox, kTileHalf, kUnder));
     if (slab_moves) setFree(kBelow, 1000, false);
@@ -114,10 +114,10 @@ TEST(JumpedObstacle, ABodyThatIsPutElsewhereAndTurnsThrowsNothing) {
 TEST(JumpedObstacle, WhatIsInAHandMakesNothingOfItOld) {
   Lying scene(0, false);
   test::ToolHouse& house = *scene.house;
-  house.send(CommandKind::kAddObject, object(kTaken, ShapeKind::kBox, kBrick, kOn + Vec3(0.03, 0, 0)));
+  house.send(CommandKind::kAddObject, object(kTaken, ShapeKind::kBox, kTileLoad, kOn + Vec3(0.03, 0, 0)));
   scene.setFree(kTaken, 0.01, true);
   house.run(300);
-  house.hold(test::attachBox(kTaken, 2 * kBrick, house.device.info()));
+  house.hold(test::attachBox(kTaken, 2 * kTileLoad, house.device.info()));
   scene.replace(kUnder);
   house.run(500);
   const Vec3 up(0, 0, 0.05);

@@ -238,16 +238,16 @@ bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) cons
   const std::uint32_t slot = entry_[k].model.point[i].body();
   if (!isFelt(scene.slot(slot))) return false;
   if (find(slot) != kNone && !isFelt(scene.slot(objectSlot(entry_[k].object)))) return false;
+  if (entry_[k].jumped && wasPut(k)) return false;
   return !isOld(scene, k, slot) || touchOf(scene, k, i).gap > -kTouching;
 }
 
 /**
  * Of what jumps while a body touches it, or takes the slot of what is gone, that body's contacts lie wherever its frame
  * now puts them; an answer to what was asked before may still come. Until one has seen it there they hold where they
- * still fit, and push nothing.
+ * still fit, and push nothing. What has jumped itself touches nothing for so long.
  */
 bool FreeBodies::isOld(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
-  if (entry_[k].jumped && wasPut(k)) return true;
   const std::uint8_t other = find(slot);
   const double since = other == kNone ? scene.sinceArrival(slot) : entry_[other].since_put;
   return since < entry_[k].age || (since < kAnswerTime && (other == kNone || entry_[other].jumped));

@@ -173,7 +173,7 @@ TEST(AnyAllocation, OfStoppingOneDevice) {
   const char* const name = "a.device.with.a.long.name";  // No string holds it inline.
   const auto prepare = [&](ShortDaemon& daemon) {
     withArmedDevice(daemon);
-    theSession(daemon).device->aliases.emplace_back(name);
+    theSession(daemon).device->aliases = {name};
   };
   withoutAnyAllocation(prepare, [&](ShortDaemon& daemon) {
     auto request = daemon.daemon.stopRequest();

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <exception>
 #include <new>
 
 #include "daemon/log/log.h"
@@ -114,11 +115,14 @@ Result<void> Core::mayRunServos() const {
 void Core::poll() {
   const std::int64_t now = clock_.now();
   bool no_memory = false;
-  const auto go = [&no_memory](auto&& work) {
+  std::exception_ptr defect;
+  const auto go = [&](auto&& work) {
     try {
       work();
     } catch (const std::bad_alloc&) {
       no_memory = true;
+    } catch (...) {
+      defect = std::current_exception();
     }
   };
   go([&] { devices_.poll(); });
@@ -142,6 +146,7 @@ void Core::poll() {
   go([&] { uploads_.poll(); });
   busy_ = busy_ || uploads_.busy() || meshes_.busy() || scene_.textures().busy() || recordings_.copies().size() != 0;
   go([&] { recordings_.poll(); });
+  if (defect) std::rethrow_exception(defect);
   if (no_memory) throw std::bad_alloc();
 }
 
@@ -290,12 +295,12 @@ void Core::fulfil(RecordWish wish) {
   if (!clients_.has(wish.connection))
     return wish.done(Error{ErrorCode::kTimeout, "connection", "the client has left", {}});
   const auto device = devices_.find(wish.uri);
-  if (device && record_wishes_.size() < kWishes && !recordings_.ready(**device, client(wish.connection)))
+  const bool may_wait = device && record_wishes_.size() < kWishes && clock_.now() < wish.until_ns;
+  if (may_wait && !recordings_.ready(**device, client(wish.connection)))
     return record_wishes_.push_back(std::move(wish));
   auto started = record(wish.uri, wish.connection);
   const bool waits = !started && started.error().code == ErrorCode::kAlreadyExists && device &&
-                     recordings_.ends(*(*device)->link) && record_wishes_.size() < kWishes &&
-                     clock_.now() < wish.until_ns;
+                     recordings_.ends(*(*device)->link) && may_wait;
   if (waits) return record_wishes_.push_back(std::move(wish));
   wish.done(std::move(started));
 }

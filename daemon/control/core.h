@@ -87,8 +87,8 @@ class Core {
   void keepArmed(ArmedList list) { armed_ = std::move(list); }
   [[nodiscard]] ArmedList& armedList() { return armed_; }
   /**
-   * Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). What has no memory to
-   * go on with keeps nothing else from it; then it throws std::bad_alloc in the end.
+   * Moves everything on; never blocks. Call every few milliseconds, at once again after busy(). What fails, as for want
+   * of memory, keeps nothing else from it, and is thrown in the end.
    */
   void poll();
   /** Orders wait for a servo that has no room at the moment. */
@@ -179,7 +179,7 @@ class Core {
   [[nodiscard]] Result<Recordings::Started> record(std::string_view uri, std::uint64_t connection);
   /**
    * The same; `done` is called once, now or by a later poll(): where a recording that ends is in the way, when it is
-   * over, kRoomNs later at most.
+   * over, and where much is deformed, when it has been copied; kRoomNs later at most.
    */
   using RecordDone = std::function<void(Result<Recordings::Started>)>;
   void record(std::string_view uri, std::uint64_t connection, RecordDone done);

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <new>
+#include <thread>
 
 #include "daemon/device/buttons.h"
 #include "daemon/device/finger_words.h"
@@ -164,8 +166,10 @@ void DeviceManager::openNext(GroupOpening& opening) {
 }
 
 void DeviceManager::poll() {
-  finder_.poll();
-  if (!looking_ && !ask_.empty()) look();
+  inMemory([&] {
+    finder_.poll();
+    if (!looking_ && !ask_.empty()) look();
+  });
   opener_.poll();
   for (const std::string& uri : closer_.poll()) log::warn("{}: its driver has let go of it", log::printable(uri));
   for (auto it = groups_opening_.begin(); it != groups_opening_.end();) {
@@ -437,7 +441,19 @@ std::vector<std::string> DeviceManager::closeAll() {
     it = links_.erase(it);
   }
   for (std::string& uri : closer_.names()) standing.push_back(std::move(uri));
+  if (!hasLooked(kEnd_ns)) standing.emplace_back("the look for devices");
   return standing;
+}
+
+/** Whether no look for devices is under way; one on a bus that stands does not come back. */
+bool DeviceManager::hasLooked(std::int64_t most_ns) {
+  constexpr std::chrono::milliseconds kStep(1);
+  finder_.poll();
+  for (std::chrono::nanoseconds waited{0}; finder_.size() != 0 && waited.count() < most_ns; waited += kStep) {
+    std::this_thread::sleep_for(kStep);
+    finder_.poll();
+  }
+  return finder_.size() == 0;
 }
 
 /** Those that no servo has had; each by itself, so that none waits for another's driver. */

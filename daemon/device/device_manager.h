@@ -259,6 +259,7 @@ class DeviceManager {
   std::uint32_t next_group_ = 1;
   std::list<Opening> opening_;
   void look();
+  [[nodiscard]] bool hasLooked(std::int64_t most_ns);
   void tellFound(const Result<std::vector<DeviceFound>>& found);
 
   std::list<Found> ask_, asked_;  ///< To be told of the next look, and of the one under way.

@@ -212,9 +212,11 @@ std::vector<std::byte> Recordings::copyAsBuilt(const PublishedMesh& mesh, std::s
 
 bool Recordings::ready(OpenDevice& device, const Client& by) {
   GroupLink& link = *device.link;
-  if (copies_for_ != nullptr) return copies_for_ == &link && copied_ns_ != 0;
   if (!mayRecord(device, by)) return true;  // start() says so.
-  const auto deformed = deformedOf(link, meshes_.published(link));
+  const std::vector<PublishedMesh> published = meshes_.published(link);
+  if (std::ranges::none_of(published, &PublishedMesh::deformable)) return true;
+  if (copies_for_ != nullptr) return copies_for_ == &link && copied_ns_ != 0;
+  const auto deformed = deformedOf(link, published);
   if (!deformed) return true;
   std::uint64_t bytes = 0;
   std::vector<UniqueFd> files;

@@ -64,6 +64,7 @@ std::uint32_t SceneContacts::roomFor(const Kept& kept) const HD_RT {
   for (std::uint32_t i = 0; i < room_; ++i) {
     if (kept_[i].side == from && (at == kMaxContacts || kept_[i].depth < kept_[at].depth)) at = i;
   }
+  if (at == kMaxContacts) return at;
   const double lead = from == kFar ? 0 : ContactModel::kLeastReach;
   return from == kept.side && !(kept_[at].depth + lead < kept.depth) ? kMaxContacts : at;
 }

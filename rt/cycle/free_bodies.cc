@@ -83,8 +83,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->age = kStale;  // it stands until it is known what it touches
     entry->held = entry->ours = entry->stands = false;
     leadAnew(*entry);
-    entry->since_put = scene.sinceArrival(objectSlot(order.object));
-    entry->jumped = isTouched(objectSlot(order.object));
+    entry->put = std::max(0.0, kAnswerTime - scene.sinceArrival(objectSlot(order.object)));
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
   entry->body.body.place(object->X_PO);
@@ -124,8 +123,7 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
   body.setTwist({vec3(pose.v) + w.cross(body.com() - X.p), w});
   if (elsewhere) {
     entry->model.count = 0;
-    entry->since_put = 0;
-    entry->jumped = true;
+    entry->put = kAnswerTime;
   }
   if (elsewhere || !by_control) leadAnew(*entry);
   entry->body.wake();
@@ -147,7 +145,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
       continue;
     }
     entry.age += dt;
-    entry.since_put += dt;
+    entry.put = std::max(0.0, entry.put - dt);
     const bool was_held = entry.held;
     entry.held = std::find(held.begin(), held.end(), entry.object) != held.end();
     if (entry.held) continue;
@@ -223,9 +221,8 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
     rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), Vec3::Zero(), touch);
     touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
   } else {
-    const Twist V = isOld(scene, k, slot) ? Twist{} : object.V_WO;
-    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, V);
-    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), V.w, touch);
+    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, object.V_WO);
+    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), object.V_WO.w, touch);
   }
   // Two coefficients make one: the geometric mean is common.
   touch.friction = std::sqrt(self.material.friction_static * object.material.friction_static);
@@ -234,32 +231,8 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   return touch;
 }
 
-bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT {
-  const std::uint32_t slot = entry_[k].model.point[i].body();
-  if (!isFelt(scene.slot(slot))) return false;
-  if (find(slot) != kNone && !isFelt(scene.slot(objectSlot(entry_[k].object)))) return false;
-  if (entry_[k].jumped && wasPut(k)) return false;
-  return !isOld(scene, k, slot) || touchOf(scene, k, i).gap > -kTouching;
-}
-
-/**
- * Of what jumps while a body touches it, or takes the slot of what is gone, that body's contacts lie wherever its frame
- * now puts them; an answer to what was asked before may still come. Until one has seen it there they hold where they
- * still fit, and push nothing. What has jumped itself touches nothing for so long.
- */
-bool FreeBodies::isOld(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
-  const std::uint8_t other = find(slot);
-  const double since = other == kNone ? scene.sinceArrival(slot) : entry_[other].since_put;
-  return since < entry_[k].age || (since < kAnswerTime && (other == kNone || entry_[other].jumped));
-}
-
-bool FreeBodies::isTouched(std::uint32_t slot) const HD_RT {
-  for (const Entry& entry : entry_) {
-    for (std::uint32_t i = 0; i < entry.model.count && entry.object != 0; ++i) {
-      if (entry.model.point[i].body() == slot) return true;
-    }
-  }
-  return false;
+bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
+  return isFelt(scene.slot(slot)) && (find(slot) == kNone || isFelt(scene.slot(objectSlot(entry_[k].object))));
 }
 
 /**
@@ -272,7 +245,7 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   double grip = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
-    if (!meets(scene, k, i)) continue;
+    if (!meets(scene, k, slot)) continue;
     const Touch touch = touchOf(scene, k, i);
     lies = lies || touch.gap < kSupport;
     if (touch.gap > kTouching) continue;
@@ -298,7 +271,7 @@ bool FreeBodies::holds(const Scene& scene, std::uint8_t k, std::uint32_t i) cons
   const Entry& entry = entry_[k];
   const ContactModel& model = entry.model;
   const std::uint32_t slot = model.point[i].body();
-  if (!meets(scene, k, i)) return false;
+  if (!meets(scene, k, slot)) return false;
   const auto isMesh = [&](std::uint32_t s) HD_RT { return scene.slot(s).shape.kind == ShapeKind::kMesh; };
   if (model.point[i].feature() != kWayOut || !(isMesh(slot) || isMesh(objectSlot(entry.object)))) return true;
   for (std::uint32_t j = 0; j < model.count; ++j) {
@@ -331,9 +304,7 @@ void FreeBodies::addTouches(const Scene& scene, std::uint8_t k, std::uint32_t mo
   for (std::uint32_t i = 0; i < entry.model.count && most > 0; ++i) {
     if (!holds(scene, k, i)) continue;
     --most;
-    const std::uint32_t slot = entry.model.point[i].body();
-    const std::uint8_t mover = isOld(scene, k, slot) ? JointStep::kFixed : moverOf(find(slot));
-    (void)joint_.add(touchOf(scene, k, i), entry.mover, mover);
+    (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(entry.model.point[i].body())));
   }
 }
 

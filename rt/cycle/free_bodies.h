@@ -15,7 +15,6 @@
 #include "rt/body/contact_model.h"
 #include "rt/body/joint_step.h"
 #include "rt/collide/request.h"
-#include "rt/cycle/obstacles.h"
 #include "rt/scene/scene.h"
 
 namespace hapticd {
@@ -57,7 +56,7 @@ class FreeBodies {
   /** Where the object in that slot, found to be of body k, stands now that the body may have gone on. */
   [[nodiscard]] Pose poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   /** Whether contacts found before may be of where somebody took it from. */
-  [[nodiscard]] bool wasPut(std::uint8_t k) const HD_RT { return entry_[k].since_put < kAnswerTime; }
+  [[nodiscard]] bool wasPut(std::uint8_t k) const HD_RT { return entry_[k].put > 0; }
   /** A tool that touches bodies is stepped with them. Its number for touch(). */
   std::uint8_t join(Tool& tool, const Pose& device, ToolStep& out) HD_RT { return joint_.add(tool, device, out); }
   /** A touch of a tool that has joined; `body`: what find() says of the other side. */
@@ -96,8 +95,7 @@ class FreeBodies {
     ContactModel model;
     Twist before;             ///< As the tick began.
     double age = 0;           ///< Of the contacts [s].
-    double since_put = 0;     ///< Since somebody put it where it does not come by its motion [s].
-    bool jumped = false;      ///< Some body may know it, or what was in its slot, from before that.
+    double put = 0;           ///< It was put elsewhere: so long until an answer tells of it there [s].
     double leading = 0;       ///< So long it may still be led out of what it was put into, by its own turns [s].
     Vec3 way = Vec3::Zero();  ///< The way; zero: it has not begun.
     bool led = false;         ///< In its last turn.
@@ -110,12 +108,8 @@ class FreeBodies {
   };
   Entry* lookUp(std::uint32_t object) HD_RT;
   std::uint8_t moverOf(std::uint8_t k) HD_RT;
-  /** Whether body k touches what contact i is of; of two bodies neither does if one is not felt. */
-  [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
-  /** Whether what body k knows of that slot may be of where its object was, or of what was there. */
-  [[nodiscard]] bool isOld(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
-  /** Whether some body knows contacts with what is in that slot. */
-  [[nodiscard]] bool isTouched(std::uint32_t slot) const HD_RT;
+  /** Whether body k touches what is in that slot; of two bodies neither does if one is not felt. */
+  [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
   // Out of what it was put into (lead_out.cc).

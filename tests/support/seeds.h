@@ -10,10 +10,11 @@
 
 namespace hapticd {
 
-#if defined(__has_feature)
-#define HAPTICD_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
-#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// g++'s first: some library gives it a __has_feature that knows nothing.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define HAPTICD_SANITIZED 1
+#elif defined(__has_feature)
+#define HAPTICD_SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
 #endif
 
 /** Of so many draws of one kind, of which a few show what a sanitizer can see of them: there a quarter. */

@@ -227,14 +227,14 @@ TEST(AnyOrder, TheDeviceIsOnlyOnWhileSomebodyWantsIt) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     World world(seed);
     Random pause(seed + 1000);
-    for (int i = 0; i < drawn(400) && !testing::Test::HasFailure(); ++i) {
+    for (int i = 0; i < 400 && !testing::Test::HasFailure(); ++i) {
       world.act();
       for (int periods = pause.once(8) ? pause.below(400) : pause.below(6); periods > 0; --periods) world.step();
     }
     times_on += world.timesOn();
     if (testing::Test::HasFailure()) return;
   }
-  if (drawsAll()) EXPECT_GT(times_on, 5 * static_cast<int>(all.size())) << "else nothing was tried";
+  EXPECT_GT(times_on, 5 * static_cast<int>(all.size())) << "else nothing was tried";
 }
 
 }  // namespace

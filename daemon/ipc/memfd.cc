@@ -10,6 +10,8 @@
 #include <limits>
 #include <system_error>
 
+#include "drivers/run_out.h"
+
 #ifndef MFD_NOEXEC_SEAL
 #define MFD_NOEXEC_SEAL 0x0008U
 #endif
@@ -57,19 +59,16 @@ std::string namesOf(int bits) {
 /** What to do where something has run out; empty for what is no want. */
 std::string remedyFor(int number) {
   switch (number) {
-    case EMFILE:
-      return "end clients, or raise LimitNOFILE= or ulimit -n";
-    case ENFILE:
-      return "end programs, or raise fs.file-max";
     case ENOMEM:
-      return "end programs, or raise MemoryMax= or ulimit -v (the builder's: builder.memory_mb)";
+      return std::string(remedyForWant(number)) + " (the builder's: builder.memory_mb)";
     case ENOSPC:
     case EDQUOT:
       return "make room on the disk";
     case EFBIG:
       return "raise LimitFSIZE= or ulimit -f";
     default:
-      return {};
+      const char* const remedy = remedyForWant(number);
+      return remedy == nullptr ? "" : remedy;
   }
 }
 

@@ -8,10 +8,10 @@
 
 namespace hapticd::test {
 
-/** Whether `condition` holds within ten seconds; it is asked every two milliseconds. */
+/** Whether `condition` holds within a minute, for a builder gives way to all else; it is asked every two milliseconds. */
 template <class Condition>
 bool eventually(Condition&& condition) {
-  for (int i = 0; i < 5000; ++i) {
+  for (int i = 0; i < 30000; ++i) {
     if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }

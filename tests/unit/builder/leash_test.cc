@@ -37,9 +37,9 @@ Memfd frozen(const std::vector<std::byte>& bytes) {
   return std::move(*memfd);
 }
 
-/** Waits on fd() as the control thread's loop does. Gives up after ten seconds. */
+/** Waits on fd() as the control thread's loop does. Gives up after a minute. */
 bool nextBlocking(BuilderLeash& leash, BuildReport& report) {
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 600; ++i) {
     if (leash.next(report)) return true;
     pollfd poll{leash.fd(), POLLIN, 0};
     ::poll(&poll, 1, 100);

@@ -3,6 +3,7 @@
  * it; options of `hapticctl load` are handed on.
  */
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -115,17 +116,20 @@ int report(const std::string& file, const std::function<int()>& work) {
 
 int run(const Options& o, const std::vector<std::string>& rest) {
   const std::string& file = o.input.file;
-  // A reader that dies of a damaged file takes nothing with it.
-  const auto drawInChild = [&](const std::string& output) {
-    return inChild([&] { return report(file, [&] { return draw(o, output); }); });
-  };
-  if (!o.output.empty() || !o.vdb.empty()) return drawInChild(o.output);
-  const TemporaryFile ply;
-  if (const int code = drawInChild(ply.path()); code != kDone) return code;
   const auto given = [&rest](const std::string& option) {
     return std::any_of(rest.begin(), rest.end(),
                        [&](const std::string& word) { return word == option || word.rfind(option + "=", 0) == 0; });
   };
+  // A reader that dies of a damaged file takes nothing with it.
+  const auto drawInChild = [&](const std::string& output) {
+    return inChild([&] {
+      if (given("--json")) ::dup2(STDERR_FILENO, STDOUT_FILENO);  // What load answers stands alone.
+      return report(file, [&] { return draw(o, output); });
+    });
+  };
+  if (!o.output.empty() || !o.vdb.empty()) return drawInChild(o.output);
+  const TemporaryFile ply;
+  if (const int code = drawInChild(ply.path()); code != kDone) return code;
   std::vector<std::string> words = {"hapticctl", "load", ply.path()};
   if (!given("--size")) words.insert(words.end(), {"--scale", "mm"});
   if (!given("--name")) {

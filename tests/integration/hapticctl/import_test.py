@@ -176,7 +176,8 @@ class ImportAndCut(Case):
         done = subprocess.run([HAPTICCTL, "--json", "--socket", str(self.socket), "import", scan, "--iso", "5", "--name=die", "--size", "0.1"],
                               capture_output=True, text=True, env=elsewhere, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        die = json.loads(done.stdout[done.stdout.index("{"):])
+        die = json.loads(done.stdout)
+        self.assertIn("triangles of", done.stderr)
         self.assertEqual(die["name"], "die")
         self.assertAlmostEqual(die["upper"][0] - die["lower"][0], 0.1, delta=1e-6)
         self.run_ctl("remove", "die")

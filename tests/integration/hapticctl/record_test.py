@@ -13,7 +13,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_case import BUILD, HAPTICCTL, HAPTICD, OwnDaemon
+from daemon_case import BUILD, HAPTICCTL, HAPTICD, OwnDaemon, eventually
 
 BENCH = BUILD / "tools/haptic-bench/haptic-bench"
 TAP = "sim://default?motion=tap&centre=0,0,0.005&direction=0,0,-1&depth=0.015&period=0.5&hand_stiffness=400"
@@ -33,9 +33,9 @@ class Record(unittest.TestCase):
         return subprocess.run([HAPTICCTL, "--socket", self.socket, *map(str, arguments)], capture_output=True, text=True,
                               timeout=60, stdin=subprocess.DEVNULL, check=check)
 
-    def start(self, *arguments):
+    def start(self, *arguments, by=()):
         """hapticctl record, from when it records."""
-        process = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "record", self.file, *arguments],
+        process = subprocess.Popen([*by, HAPTICCTL, "--socket", self.socket, "record", self.file, *arguments],
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.assertIn("recording to", process.stderr.readline())
         return process
@@ -166,6 +166,22 @@ class Record(unittest.TestCase):
         refused = subprocess.run([*run, self.file], capture_output=True, text=True, check=False)
         self.assertEqual(refused.returncode, 1)
         self.assertRegex(refused.stderr, rf"object {number} moves or goes at tick \d+ \(a recording in which it stands still")
+
+    def test_nohup_keeps_it_when_the_terminal_closes(self):
+        recording = self.start(by=["nohup"])
+        recording.send_signal(signal.SIGHUP)
+        for _ in range(4):  # Blocks, of which an end writes one.
+            size = self.file.stat().st_size
+            self.assertTrue(eventually(lambda size=size: self.file.stat().st_size > size), "it goes on")
+        recording.send_signal(signal.SIGTERM)
+        recording.communicate(timeout=60)
+        self.assertEqual(recording.returncode, 0)
+        # Without nohup it ends in good order.
+        recording = self.start("--replace")
+        recording.send_signal(signal.SIGHUP)
+        out, _ = recording.communicate(timeout=60)
+        self.assertEqual(recording.returncode, 0)
+        self.assertIn("stopped", out)
 
     def test_for_ends_it_and_a_file_that_is_there_stays(self):
         self.ctl("record", self.file, "--for", "0.3")

@@ -6,18 +6,23 @@
 
 #include <termios.h>
 
+#include <array>
 #include <chrono>
+#include <csignal>
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace hapticctl {
 
 /**
- * While it lives, SIGINT, SIGTERM and SIGHUP ask the command to end instead of killing it. One at a time; make it
- * before anything is armed, so that no signal falls between.
+ * While it lives, SIGINT, SIGTERM and SIGHUP ask the command to end instead of killing it. Not SIGHUP where nohup has
+ * it ignored; SIGINT also where a script's "&" has. One at a time; make it before anything is armed, so that no signal
+ * falls between.
  */
 class Interrupt {
  public:
+  static constexpr std::size_t kCount = 3;  ///< Of its signals.
   Interrupt();
   ~Interrupt();
   Interrupt(const Interrupt&) = delete;
@@ -26,6 +31,9 @@ class Interrupt {
   [[nodiscard]] static bool asked() noexcept;
   /** Sleeps, but wakes on a signal or (with `keys`) a key; returns the key, or 0. */
   char wait(std::chrono::milliseconds time, bool keys = false) const;
+
+ private:
+  std::array<struct sigaction, kCount> before_{};
 };
 
 /** Keys arrive at once and unechoed while it lives; does nothing where standard input is no terminal. */

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <csignal>
 #include <cstring>
+#include <deque>
 #include <nlohmann/json.hpp>
 
 #include "rt/base/standard_streams.h"
@@ -55,6 +56,28 @@ std::string footer() {
   return std::string(there ? "Further: import, a scan as an object; cut, a mesh into two parts. Each has --help.\n"
                            : "Further, by the package hapticctl-import: import, a scan as an object; cut, a mesh.\n") +
          kFooter;
+}
+
+/**
+ * Of the words before `end` each "--name=", as a variable that is not set leaves it, is two, the second one empty: CLI
+ * would take the word behind it for the value, and that may be the command. Null stands at the end.
+ */
+std::vector<char*> apart(int argc, char** argv, int end) {
+  static std::deque<std::string> names;
+  static char none[] = "";
+  std::vector<char*> words;
+  for (int i = 0; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (word == "--") end = i;
+    if (i < end && word.size() > 3 && word.starts_with("--") && word.find('=') == word.size() - 1) {
+      words.push_back(names.emplace_back(word.substr(0, word.size() - 1)).data());
+      words.push_back(none);
+    } else {
+      words.push_back(argv[i]);
+    }
+  }
+  words.push_back(nullptr);
+  return words;
 }
 
 /** `word`: of the command, if there is one. */
@@ -117,8 +140,13 @@ int run(int argc, char** argv, Globals& globals) {
     names.push_back(command->get_name());
   }
 
-  const int word = firstWord(argc, argv);
-  if (word < argc && std::find(names.begin(), names.end(), argv[word]) == names.end()) {
+  const auto isOwn = [&](int i) { return i == argc || std::find(names.begin(), names.end(), argv[i]) != names.end(); };
+  int word = firstWord(argc, argv);
+  std::vector<char*> words = apart(argc, argv, isOwn(word) ? argc : word);  // What is another program's stays.
+  argc = static_cast<int>(words.size()) - 1;
+  argv = words.data();
+  word = firstWord(argc, argv);
+  if (!isOwn(word)) {
     const std::string program = findExternal(argv[word]);
     if (program.empty()) failUnknown(argv[word], names);
     for (int i = 1; i < word; ++i) failIfEmpty(argv, i);

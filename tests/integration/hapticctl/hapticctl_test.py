@@ -48,7 +48,7 @@ class WithoutDaemon(Case):
                                 (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "write /a ..."), (["set", "/a=3"], "write /a 3"), (["set", "/a?value=1", "2"], "another behind it"), (["set", "/a", ""], "write '/a?value=' to set nothing"), (["add", "cone"], "no such shape"),
                                 (["add", "sphere", "--size", "-1"], "at least 1e-06 m"),
                                 (["add", "sphere", "--size", "1e-308"], "at least 1e-06 m"), (["arm", ""], "arm: what follows it is empty"), (["load", "", "--scale", "mm"], "load: what follows it is empty"),
-                                (["add", "plane", "--parent", ""], "--parent: what follows it is empty"), (["--socket", ""], "is empty"), (["--socket", "/", "status"], "is a folder"),
+                                (["add", "plane", "--parent", ""], "--parent: what follows it is empty"), (["--socket", ""], "is empty"), (["--socket=", "status"], "--socket: what follows it is empty"), (["add", "box", "--size=", "--name", "x"], "--size: what follows it is empty"), (["--socket=", "import", "x"], "--socket: what follows it is empty"), (["--socket", "/", "status"], "is a folder"),
                                 (["--socket", "/" + 107 * "x", "status"], "at most 107 bytes"), (["add", "plane", "--at", "0,0"], "3 lengths"),
                                 (["add", "plane", "--friction", "0.2,0.4"], "dynamic at most static"),
                                 (["monitor", "--csv", "--json"], "--json"), (["events", "--kinds", "tuch"], "touch"),
@@ -375,11 +375,16 @@ class WithDaemon(Case):
                 arm.send_signal(signal.SIGINT)
 
     def test_stop_ends_arming_with_a_fault(self):
-        with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as arm:
-            arm.stdout.readline()
-            self.run_ctl("stop")
-            self.assertIn("fault", arm.communicate(timeout=60)[1])
-            self.assertEqual(arm.returncode, 1)
+        # Also where variables of a script are not set.
+        for words in (["stop"], ["--socket", "", "stop", ""], ["--socket=", "stop"], ["stop", "--socket="]):
+            with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as arm:
+                arm.stdout.readline()
+                try:
+                    self.run_ctl(*words)
+                    self.assertIn("fault", arm.communicate(timeout=60)[1])
+                finally:
+                    arm.kill()
+                self.assertEqual(arm.returncode, 1)
         self.run_ctl("arm", "--for", "0.2")  # Arming again clears it.
 
     def test_an_emergency_stop_has_one_name(self):

@@ -47,6 +47,19 @@ UploadMesh cracked(const UploadMesh& whole, Random& random, double often) {
   return mesh;
 }
 
+TEST(Stitch, WhatItLeavesNothingOfIsRefused) {
+  UploadMesh far;  // Ends within what rounding leaves of them become one.
+  const float step = 0x1p-17f;
+  far.vertices = {{99, 0, 0}, {99 + step, 0, 0}, {99, step, 0}};
+  far.triangles = {{0, 1, 2}};
+  EXPECT_EQ(refusal(far).code, ErrorCode::kBadMesh);
+  EXPECT_EQ(refusal(far, HD_MESH_DEFORMABLE).code, ErrorCode::kBadMesh);
+  UploadMesh folded;  // Cut at the vertex on its edge, each half lies on one of the other two.
+  folded.vertices = {{0, 0, 0}, {1, 0, 0}, {0.5f, 1, 0}, {0.5f, 0, 0}};
+  folded.triangles = {{0, 1, 2}, {0, 2, 3}, {3, 2, 1}};
+  EXPECT_THAT(refusal(folded).what, HasSubstr("folded on one another"));
+}
+
 TEST(Stitch, ClosesWhatWasCutOnOneSide) {
   for (const unsigned seed : seeds(20)) {
     SCOPED_TRACE("HAPTICD_SEED=" + std::to_string(seed));

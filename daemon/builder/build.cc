@@ -70,10 +70,8 @@ Result<BuiltSnapshot> build(std::span<const std::byte> upload, BuildMonitor& who
   connect(mesh, monitor);
   stitch(mesh, double{source->weld_m}, monitor);
   if (mesh.triangles.empty()) {
-    return Error{
-        ErrorCode::kBadMesh, "mesh",
-        "all its triangles lie folded on one another, or are too small to be told apart so far from the origin",
-        "check the scale and the export, or move it nearer to the origin"};
+    return Error{ErrorCode::kBadMesh, "mesh", "all its triangles are too small to be told apart so far from the origin",
+                 "check the scale and the export, or move it nearer to the origin"};
   }
   if (!monitor.progress(0.35f, "orienting the surface")) return cancelled();
   orient(mesh, monitor);

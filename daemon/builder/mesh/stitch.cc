@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <unordered_set>
@@ -233,11 +234,30 @@ void joinEnds(Mesh& mesh, std::int64_t& work) {
   connect(mesh, again);
 }
 
+/** Lower than twice what is on an edge: both its long edges may have been cut where its third corner is. */
+bool isNeedle(const Mesh& mesh, const Index3& v, double weld_m, double on_edge) {
+  const auto from = [&](std::uint32_t a, std::uint32_t b) {
+    std::array<double, 3> d;
+    for (std::size_t k = 0; k < 3; ++k) d[k] = double{mesh.vertices[b][k]} - mesh.vertices[a][k];
+    return d;
+  };
+  const auto squared = [](const std::array<double, 3>& d) { return d[0] * d[0] + d[1] * d[1] + d[2] * d[2]; };
+  const auto u = from(v[0], v[1]), w = from(v[0], v[2]);
+  const double longest2 = std::max({squared(u), squared(w), squared(from(v[1], v[2]))});
+  const double twice2 = squared({u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]});
+  double largest = 0;
+  for (const std::uint32_t corner : v)
+    for (const float x : mesh.vertices[corner]) largest = std::max(largest, std::abs(double{x}));
+  const double most = 2 * std::max(weld_m, on_edge * largest);
+  return twice2 <= most * most * longest2;
+}
+
 /**
  * Needles cut on both long sides may be left back to back over the same three vertices, where all else about them meets
- * twice: such pairs go. There are none before, see dropDuplicates().
+ * twice: such pairs go. Of other pairs, which are the two sides of a sheet, one stays, else there would be a hole.
+ * There are none before, see dropDuplicates().
  */
-bool dropFolds(Mesh& mesh) {
+bool dropFolds(Mesh& mesh, double weld_m, double on_edge) {
   std::vector<std::pair<Index3, std::uint32_t>> open;  // By their vertices.
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Index3& across = mesh.neighbours[t];
@@ -249,7 +269,8 @@ bool dropFolds(Mesh& mesh) {
   bool any = false;
   for (std::size_t i = 1; i < open.size(); ++i) {
     if (open[i].first != open[i - 1].first || isEmpty(mesh.triangles[open[i - 1].second])) continue;
-    for (const std::size_t k : {i - 1, i}) mesh.triangles[open[k].second].fill(open[k].first[0]);
+    if (isNeedle(mesh, open[i].first, weld_m, on_edge)) mesh.triangles[open[i - 1].second].fill(open[i].first[0]);
+    mesh.triangles[open[i].second].fill(open[i].first[0]);
     any = true;
   }
   return any;
@@ -261,7 +282,7 @@ struct Tally {
   std::uint32_t first = HD_NO_INDEX;
 };
 
-void cutAll(Mesh& mesh, std::vector<Crossed>& crossed, Tally& tally) {
+void cutAll(Mesh& mesh, std::vector<Crossed>& crossed, double weld_m, double on_edge, Tally& tally) {
   const std::size_t before = tally.count;
   std::size_t room = HD_MAX_TRIANGLES - std::min<std::size_t>(HD_MAX_TRIANGLES, mesh.triangles.size());
   for (std::size_t i = 0; i < crossed.size(); ++i) {
@@ -284,7 +305,7 @@ void cutAll(Mesh& mesh, std::vector<Crossed>& crossed, Tally& tally) {
   do {
     dropEmpty(mesh);
     connect(mesh, again);
-  } while (dropFolds(mesh));
+  } while (dropFolds(mesh, weld_m, on_edge));
 }
 
 }  // namespace
@@ -295,7 +316,7 @@ void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work)
   joinEnds(mesh, work);
   for (const double on_edge : kOnEdge) {
     Stitcher stitcher(mesh, weld_m, on_edge, work);
-    cutAll(mesh, stitcher.crossed(), tally);
+    cutAll(mesh, stitcher.crossed(), weld_m, on_edge, tally);
     gave_up = stitcher.gaveUp();
   }
   if (tally.count != 0) {

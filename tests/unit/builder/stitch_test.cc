@@ -54,10 +54,21 @@ TEST(Stitch, WhatItLeavesNothingOfIsRefused) {
   far.triangles = {{0, 1, 2}};
   EXPECT_EQ(refusal(far).code, ErrorCode::kBadMesh);
   EXPECT_EQ(refusal(far, HD_MESH_DEFORMABLE).code, ErrorCode::kBadMesh);
-  UploadMesh folded;  // Cut at the vertex on its edge, each half lies on one of the other two.
-  folded.vertices = {{0, 0, 0}, {1, 0, 0}, {0.5f, 1, 0}, {0.5f, 0, 0}};
-  folded.triangles = {{0, 1, 2}, {0, 2, 3}, {3, 2, 1}};
-  EXPECT_THAT(refusal(folded).what, HasSubstr("folded on one another"));
+}
+
+TEST(Stitch, ASheetWhoseSidesAreCutOtherwiseStays) {
+  UploadMesh sheet;  // Below, the first triangle of the upper side is two.
+  sheet.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5f, 0, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 2, 4}, {4, 2, 1}, {0, 3, 2}};
+  for (const std::size_t parts : {5u, 1u}) {  // The whole of it, and that triangle alone.
+    if (parts == 1) sheet.triangles = {{0, 1, 2}, {0, 2, 4}, {4, 2, 1}};
+    const Built built = build(sheet);
+    const MeshView& view = built.memory.view;
+    double area = 0;
+    for (std::uint32_t t = 0; t < view.triangle_count; ++t)
+      area += (view.vertex(t, 1) - view.vertex(t, 0)).cross(view.vertex(t, 2) - view.vertex(t, 0)).norm() / 2;
+    EXPECT_NEAR(area, parts == 1 ? 0.5 : 1, 1e-6);
+  }
 }
 
 TEST(Stitch, ClosesWhatWasCutOnOneSide) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "rt/scene/block_check.h"
+#include "rt/volume/inertia.h"
 #include "rt/volume/volume_view.h"
 
 namespace hapticd {
@@ -68,13 +69,10 @@ class VolumeValidator : private BlockCheck {
 
   /** Positive definite. Whether a solid can have it MassProperties::valid() tells where it is used. */
   [[nodiscard]] Result<void> checkInertia() const {
-    const double* i = h_.mass.inertia;
-    for (int k = 0; k < 6; ++k)
-      if (!(std::abs(i[k]) < 1e18)) return bad("header", "the inertia is out of range");
-    const double xx = i[0], yy = i[1], zz = i[2], xy = i[3], yz = i[4], zx = i[5];
-    const double minor = xx * yy - xy * xy;
-    const double determinant = zz * minor - xx * yz * yz - yy * zx * zx + 2 * xy * yz * zx;
-    if (!(xx > 0 && minor > 0 && determinant > 0)) return bad("header", "the inertia is not that of a solid");
+    const auto& i = h_.mass.inertia;
+    for (const double x : i)
+      if (!(std::abs(x) < 1e18)) return bad("header", "the inertia is out of range");
+    if (!isPositiveDefinite(i)) return bad("header", "the inertia is not that of a solid");
     return {};
   }
 

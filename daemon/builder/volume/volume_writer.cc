@@ -14,6 +14,7 @@
 #include "daemon/builder/volume/sensation.h"
 #include "daemon/builder/volume/surface_points.h"
 #include "rt/scene/snapshot_checksum.h"
+#include "rt/volume/inertia.h"
 #include "rt/volume/octahedral.h"
 
 namespace hapticd {
@@ -214,6 +215,10 @@ Result<VolumeImage> writeVolume(const VolumeSource& source, BuildMonitor& monito
   if (!(parts.header.mass.volume > 0)) {
     return Error{ErrorCode::kBadMesh, "volume", fmt::format("its solid has {} m^3", parts.header.mass.volume),
                  "close the surface and turn it outward"};
+  }
+  if (!isPositiveDefinite(parts.header.mass.inertia)) {
+    return Error{ErrorCode::kBadMesh, "volume", "its triangles, with its holes closed, are not those of a solid",
+                 "turn all its parts outward, and give what is a sheet a thickness"};
   }
 
   const double band_m = options.band_voxels * lattice.voxel;

@@ -27,6 +27,17 @@ TEST(FillHoles, anUploadGetsItsVolumeOnlyIfItAsks) {
             1);
 }
 
+TEST(FillHoles, aPartThatIsInsideOutIsRefusedInWords) {
+  UploadMesh both = openCube();
+  for (const Float3& v : cube().vertices) both.vertices.push_back({v[0] / 2 - 0.03f, v[1] / 2, v[2] / 2});
+  for (const Index3& t : openCube().triangles) both.triangles.push_back({t[0] + 8, t[2] + 8, t[1] + 8});
+  BuildMonitor monitor;
+  const auto refused = buildSnapshot(volumeUpload(both, 0.001f, HD_UPLOAD_FILL_HOLES), monitor);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kBadMesh);
+  EXPECT_EQ(refused.error().remedy, "turn all its parts outward, and give what is a sheet a thickness");
+}
+
 TEST(FillHoles, withoutAVolumeThereIsNothingToFill) {
   BuildMonitor monitor;
   const auto refused = buildSnapshot(upload(openCube(), HD_UPLOAD_FILL_HOLES), monitor);

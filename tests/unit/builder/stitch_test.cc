@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "rt/geometry/nearest/nearest.h"
 #include "rt/geometry/sweep/sweep.h"
 #include "tests/support/random.h"
 #include "tests/unit/builder/built.h"
@@ -68,6 +69,57 @@ TEST(Stitch, ASheetWhoseSidesAreCutOtherwiseStays) {
     for (std::uint32_t t = 0; t < view.triangle_count; ++t)
       area += (view.vertex(t, 1) - view.vertex(t, 0)).cross(view.vertex(t, 2) - view.vertex(t, 0)).norm() / 2;
     EXPECT_NEAR(area, parts == 1 ? 0.5 : 1, 1e-6);
+  }
+}
+
+/** A sheet of one side or two, or triangles through one another. */
+UploadMesh anything(Random& random) {
+  UploadMesh mesh;
+  const auto count = 1 + random.below(5u);
+  const bool sheet = random.once(2);
+  for (std::uint32_t i = 0; i < (count + 1) * (count + 1); ++i) {
+    if (sheet) {
+      mesh.vertices.push_back({static_cast<float>(i % (count + 1)), static_cast<float>(i / (count + 1)), 0});
+    } else {
+      for (float& x : mesh.vertices.emplace_back()) x = static_cast<float>(random.below(5));
+    }
+  }
+  const auto vertices = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (std::uint32_t i = 0; sheet && i + count + 2 < vertices; ++i) {
+    if (i % (count + 1) == count) continue;
+    mesh.triangles.push_back({i, i + 1, i + count + 2});
+    mesh.triangles.push_back({i, i + count + 2, i + count + 1});
+  }
+  for (std::uint32_t i = 0; !sheet && i < 4 * vertices; ++i)
+    mesh.triangles.push_back({random.below(vertices), random.below(vertices), random.below(vertices)});
+  if (const auto one_side = mesh.triangles; sheet && random.once(2))
+    for (const Index3& t : one_side) mesh.triangles.push_back({t[0], t[2], t[1]});
+  return mesh;
+}
+
+TEST(Stitch, NoPlaceOfASurfaceIsLost) {
+  for (const unsigned seed : seeds(300)) {
+    SCOPED_TRACE("HAPTICD_SEED=" + std::to_string(seed));
+    Random random(seed);
+    const UploadMesh mesh = cracked(anything(random), random, random.in(1, 5));
+    BuildMonitor monitor;
+    const auto snapshot = buildSnapshot(upload(mesh), monitor);
+    if (!snapshot) continue;  // None has an area.
+    const auto opened = openSnapshot(std::move(*snapshot->memfd.share()), false);
+    ASSERT_TRUE(opened.ok());
+    for (const Index3& t : mesh.triangles) {
+      Vec3 p[3];
+      for (int c = 0; c < 3; ++c) p[c] = Vec3(mesh.vertices[t[c]][0], mesh.vertices[t[c]][1], mesh.vertices[t[c]][2]);
+      if ((p[1] - p[0]).cross(p[2] - p[0]).norm() < 1e-2) continue;
+      const double u = random.in(0, 1), v = random.in(0, 1 - u);
+      NearestQuery query;
+      query.x = p[0] + u * (p[1] - p[0]) + v * (p[2] - p[0]);
+      query.reach = 1;
+      query.limit = 100'000;
+      Nearest nearest;
+      ASSERT_EQ(nearestOnMesh(opened->view, query, nearest), NearestResult::kFound);
+      EXPECT_LT(std::sqrt(nearest.squared_distance), 1e-3);
+    }
   }
 }
 

@@ -176,6 +176,12 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
     exit_code = answer(text.str());  // --help, --version
     return std::nullopt;
   }
+  if (words.devices.size() > GroupConfig::kMost) {
+    return refuse(kExitUsage,
+                  fmt::format("--device: {} are named, and each has a servo of its own, of which a daemon has {} "
+                              "at most (put some together, in a [[group]] of a configuration)",
+                              words.devices.size(), GroupConfig::kMost));
+  }
   auto loaded = loadConfig(words.config_file);
   if (!loaded) return refuse(kExitConfig, toString(loaded.error()));
   options.loaded = std::move(*loaded);

@@ -5,7 +5,10 @@
 #include <sys/un.h>
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
+#include "daemon/config/config.h"
 #include "tests/integration/raw_client.h"
 
 namespace hapticd::test {
@@ -142,6 +145,12 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
   EXPECT_EQ(code({"--rate", "5"}), 1);
   EXPECT_EQ(code({"--check-config", "--rate", "nan"}), 1);
   for (const char* level : {"loud", ""}) EXPECT_EQ(code({"--check-config", "--log-level", level}), 1) << level;
+  std::vector<std::string> named{"--check-config"};
+  for (std::size_t i = 0; i <= GroupConfig::kMost; ++i) {
+    EXPECT_EQ(code(named), 0) << i << " devices, each with a servo";
+    named.insert(named.end(), {"--device", "sim://default?serial=" + std::to_string(i)});
+  }
+  EXPECT_EQ(code(named), 1);
   EXPECT_EQ(code({"--config", directory.path() + "/missing.toml"}), 2);
   const std::string bad = directory.path() + "/bad.toml";
   std::ofstream(bad) << "[servo]\nrate_zh = 1000\n";

@@ -19,6 +19,7 @@ constexpr double kFastestTurn = 1000;  // [rad/s]
 /** Below this no power is counted; the division by v^2 stays finite. */
 constexpr double kSlowest = 1e-6;     // [m/s], [rad/s]
 constexpr double kLongestTick = 0.1;  // [s]
+static_assert(kLongestTick <= Guard::kFall_s, "in a tick nothing falls beyond zero");
 
 double toGrid(double x) HD_RT {
   const double steps = x * kPerGrid;
@@ -50,7 +51,7 @@ double radiusOf(double limit) HD_RT { return std::max(0.0, std::min(limit, kLarg
  */
 double falls(const Vec3& from, const Vec3& way, double dt) HD_RT {
   const double toward = -from.dot(way);
-  return toward > 0 ? std::min(toward / way.norm(), from.norm() * std::min(1.0, dt / Guard::kFall_s)) : 0.0;
+  return toward > 0 ? std::min(toward / way.norm(), from.norm() * (dt / Guard::kFall_s)) : 0.0;
 }
 
 bool finite(const Twist& x) HD_RT { return isFinite(x.v) && isFinite(x.w); }
@@ -137,7 +138,7 @@ bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
                   (wanted.by_source[HD_SOURCE_TEXTURE] - relief) + wanted.by_source[HD_SOURCE_TRANSIENT];
   wanted.gravity = wanted.by_source[HD_SOURCE_GRAVITY];
   wanted.torque = torque;
-  wanted.gripper = std::clamp(input.gripper_force, -kLargest, kLargest);
+  wanted.gripper = input.gripper_force;  // limit() bounds it; no sum has it.
   wanted.carried = bounded(input.carried);
   return true;
 }
@@ -205,7 +206,7 @@ void Guard::advanceState(const Wanted& wanted, const GuardInput& input) HD_RT {
     }
     case State::kArmed: {
       const double former = ramp_;
-      ramped_ns_ = std::min(ramped_ns_ + static_cast<std::int64_t>(dt * 1e9 + 0.5), config_.ramp_ns);
+      ramped_ns_ += static_cast<std::int64_t>(dt * 1e9 + 0.5);
       ramp_ =
           ramped_ns_ < config_.ramp_ns ? static_cast<double>(ramped_ns_) / static_cast<double>(config_.ramp_ns) : 1.0;
       ramp_rose_ = ramp_ > 0 ? 1 - former / ramp_ : 0.0;
@@ -232,7 +233,7 @@ Guard::Sent Guard::limit(const GuardInput& input, const Wanted& wanted, const Se
   const Vec3& w = input.velocity.w;
   const double vv = v.squaredNorm();
   const double ww = w.squaredNorm();
-  const double linear = vv > kSlowest * kSlowest ? std::max(0.0, out.force.dot(v)) : 0.0;
+  const double linear = vv > kSlowest * kSlowest ? out.force.dot(v) : 0.0;
   const double angular = ww > kSlowest * kSlowest ? std::max(0.0, out.torque.dot(w)) : 0.0;
   // Power of the active sources after the limits above. All torque counts as active: no passive source makes any.
   const double wanted_norm = (wanted.passive + wanted.active + wanted.gravity).norm();

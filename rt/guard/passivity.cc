@@ -7,7 +7,6 @@ namespace hapticd {
 void Passivity::reset() HD_RT {
   energy_.setZero();
   leak_ = 0;
-  acting_ = false;
 }
 
 void Passivity::observe(const Vec3& sent, const Vec3& moved, const Vec3& carried) HD_RT {
@@ -22,7 +21,7 @@ void Passivity::limitStore(double stored) HD_RT {
   if (!(excess > 0)) return;
   // The excess is taken from the axes that hold energy, in proportion, so that none turns negative.
   const Vec3 held = energy_.cwiseMax(0.0);
-  energy_ -= held * std::min(1.0, excess / held.sum());
+  energy_ -= excess / held.sum() * held;
 }
 
 double Passivity::dampingFor(double debt, double rate, double repay_s, double most) HD_RT {

@@ -128,7 +128,7 @@ TEST(GuardPower, WhatAWallPutInBeforeAFaultIsForgotten) {
   GuardConfig config = rigConfig();
   config.passivity = false;
   config.ramp_ns = 1'000'000;
-  config.limits.active_power = 1;
+  config.limits.active_power = 0.1;
   GuardRig rig(config);
   rig.armFully();
   rig.ask(HD_SOURCE_SURFACE, {2, 0, 0});

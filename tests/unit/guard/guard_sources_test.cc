@@ -108,8 +108,59 @@ TEST(GuardSources, WhatMovesBodiesIsChargedForTheAverage) {
 TEST(GuardSources, InALongTickWhatMovesBodiesIsChargedOnce) {
   GuardRig rig = pushedAlong();
   rig.in.dt = 2 * Guard::kCarried_s;
-  rig.in.carried = {0.8, 0, 0};
-  EXPECT_NEAR(rig.step().command.force.x(), 2, 1e-9);
+  rig.in.velocity.v = {1, 0, 0};
+  rig.in.carried = {1.5, 0, 0};
+  EXPECT_NEAR(rig.step().command.force.x(), 1.5, 1e-9) << "2 W, of which 1.5 are another's, who may give 1";
+}
+
+TEST(GuardSources, TheBudgetChargesSmallForcesToo) {
+  for (const double force : {0.9, 1e-3}) {
+    GuardConfig config = unbound();
+    config.limits.active_power = force / 4;
+    GuardRig rig(config);
+    rig.ask(HD_SOURCE_CLIENT, {force, 0, 0});
+    rig.armFully();
+    rig.in.velocity.v = {1, 0, 0};
+    rig.step(100);
+    EXPECT_NEAR(rig.out.command.force.x(), force / 4, 1e-9);
+  }
+}
+
+/** A client that only keeps a wall from the hand moves nothing: what torque may give is not less for it. */
+TEST(GuardSources, ForcesThatCancelAreNotCharged) {
+  GuardConfig config = unbound();
+  config.passivity = false;
+  config.limits.active_power = 1;
+  GuardRig rig(config);
+  rig.ask(HD_SOURCE_SURFACE, {-5, 0, 0});
+  rig.ask(HD_SOURCE_CLIENT, {5, 0, 0});
+  rig.in.source[HD_SOURCE_CLIENT].torque = {0, 0.2, 0};
+  rig.armFully();
+  rig.in.velocity = {{1, 0, 0}, {0, 4, 0}};
+  rig.step(100);
+  EXPECT_NEAR(rig.out.command.torque.y(), 0.2, 1e-9) << "0.8 of 1 W";
+}
+
+/** Damping of a wall in debt may make what is sent larger than what was asked for; no client has asked for that. */
+TEST(GuardSources, WhatDampingAddsIsNotChargedToTheBudget) {
+  GuardConfig config = unbound();
+  config.energy_limit = 100;
+  config.max_damping = 20;
+  config.limits.active_power = 0.6;
+  GuardRig rig(config);
+  rig.ask(HD_SOURCE_SURFACE, {0, 5, 0});
+  rig.armFully();
+  for (int i = 0; i < 50; ++i) {
+    rig.sample.p.y() += 1e-4;  // Pushed along by it: a debt of 0.5 mJ a tick.
+    rig.step();
+  }
+  ASSERT_LT(rig.out.energy, -0.02);
+  rig.ask(HD_SOURCE_SURFACE, {0, 0.1, 0});
+  rig.ask(HD_SOURCE_CLIENT, {1, 0, 0});
+  rig.in.velocity.v = {0.5, -0.1, 0};
+  rig.step(2);
+  EXPECT_NEAR(rig.out.command.force.y(), 0.1 + 20 * 0.1, 1e-9);
+  EXPECT_NEAR(rig.out.command.force.x(), 1, 1e-9) << "0.5 of 0.6 W";
 }
 
 /** A wall that a client moves into a hand which yields nearly as fast: all that its spring gains has been paid for. */

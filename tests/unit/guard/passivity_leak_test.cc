@@ -120,6 +120,16 @@ TEST(PassivityLeak, DampingNeverMakesASurfacePull) {
   EXPECT_EQ(in.y(), 0) << "along the force alone: sliding is free";
 }
 
+/** Also where the other book, of which one axis owes, asks for none. */
+TEST(PassivityLeak, DampingIsToldHoweverLittle) {
+  Passivity p(0.5);
+  p.observe(Vec3::Zero(), Vec3::Zero(), {10e-3, -1e-3, 0});
+  p.follow(1);
+  const Vec3 out = p.control({2, 0, 0}, Vec3::Zero(), {0.5, 0, 0}, Vec3::Zero(), kPeriod);
+  EXPECT_NEAR(out.x(), 2 - 0.5 * 0.5, 1e-12);
+  EXPECT_TRUE(p.acting());
+}
+
 TEST(PassivityLeak, LostEnergyPaysForLittle) {
   Passivity p(10);
   p.follow(-1);

@@ -53,7 +53,6 @@ Vec3 rotationBetween(const Quat& from, const Quat& to) HD_RT {
 }  // namespace
 
 void VelocityEstimator::reset() HD_RT {
-  next_ = 0;
   count_ = unturned_ = 0;
   last_ = Twist{};
 }

@@ -138,6 +138,49 @@ TEST(VelocityEstimator, TheDevicesOwnVelocityWins) {
   const Twist got = e.update(s);
   EXPECT_EQ(got.v, s.v);
   EXPECT_EQ(got.w, s.w);
+  s.v = {3, 2, 1};
+  EXPECT_EQ(e.update(s).v, s.v) << "of the same time, too";
+  s.has_velocity = false;
+  EXPECT_EQ(e.update(s).v, s.v) << "a reading that is no newer says nothing else";
+}
+
+TEST(VelocityEstimator, AResolutionThatIsNoneIsIgnored) {
+  for (const double none : {0.0, -1.0, double{NAN}, double{INFINITY}}) {
+    VelocityEstimator e = estimator(), other = estimator();
+    other.setResolution(none, none);
+    for (int i = 0; i < 100; ++i) {
+      const int step = i * 7 % 3 == 0 ? 1 : 0;
+      DeviceSample s = sampleAt(i * 1'000'000, {kResolution * step, 0, 0});
+      s.q = Quat(Eigen::AngleAxisd(kRotationResolution * step, Vec3::UnitX()));
+      const Twist expected = e.update(s), got = other.update(s);
+      ASSERT_EQ(got.v, expected.v) << none << " at " << i;
+      ASSERT_EQ(got.w, expected.w) << none << " at " << i;
+    }
+  }
+}
+
+/** Angles over the window of 1e-15 to 1e-10 rad, of which sines are all that is left. */
+TEST(VelocityEstimator, TheSlowestTurnsAreTold) {
+  for (const double w : {1e-13, 1e-10, 1e-8}) {
+    VelocityEstimator e = estimator();
+    Twist got;
+    for (int i = 0; i < 40; ++i) {
+      DeviceSample s = sampleAt(i * 1'000'000, Vec3::Zero());
+      s.q = Quat(1, 0, 0.5 * w * i * 1e-3, 0);
+      got = e.update(s);
+    }
+    EXPECT_NEAR(got.w.y(), w, 1e-6 * w);
+  }
+}
+
+/** q and -q are one orientation. */
+TEST(VelocityEstimator, AHandAtRestDoesNotTurnWhateverTheSignOfItsQuaternion) {
+  VelocityEstimator e = estimator();
+  for (int i = 0; i < 40; ++i) {
+    DeviceSample s = sampleAt(i * 1'000'000, Vec3::Zero());
+    if (i % 3 == 1) s.q.coeffs() = -s.q.coeffs();
+    ASSERT_EQ(e.update(s).w, Vec3(0, 0, 0)) << i;
+  }
 }
 
 TEST(VelocityEstimator, StaleRepeatedOrBrokenReadingsChangeNothing) {
@@ -149,7 +192,20 @@ TEST(VelocityEstimator, StaleRepeatedOrBrokenReadingsChangeNothing) {
   EXPECT_EQ(e.update(stale).v, before.v);
   EXPECT_EQ(e.update(sampleAt(19'000'000, {9, 9, 9})).v, before.v) << "same time";
   EXPECT_EQ(e.update(sampleAt(25'000'000, {std::nan(""), 0, 0})).v, before.v);
-  EXPECT_TRUE(e.update(sampleAt(1'000'000, {9, 9, 9})).v.isZero(0)) << "a clock that runs backwards starts anew";
+}
+
+TEST(VelocityEstimator, AClockThatRunsBackwardsStartsAnew) {
+  for (const int samples : {1, 2, 20, 40}) {
+    for (const std::int64_t back_ns : {std::int64_t{1}, std::int64_t{500'000}, std::int64_t{5'000'000}}) {
+      VelocityEstimator e = estimator();
+      for (int i = 0; i < samples; ++i) (void)e.update(sampleAt(i * 1'000'000, {1e-4 * i, 0, 0}));
+      const std::int64_t anew_ns = (samples - 1) * 1'000'000 - back_ns;
+      EXPECT_TRUE(e.update(sampleAt(anew_ns, {9, 9, 9})).v.isZero(0)) << samples << " samples, " << back_ns << " ns";
+      const Vec3 v = e.update(sampleAt(anew_ns + 1'000'000, {9, 9, 9.001})).v;
+      EXPECT_NEAR(v.z(), 1, 1e-9);
+      EXPECT_NEAR(v.x(), 0, 1e-9) << "of what was before nothing is left";
+    }
+  }
 }
 
 }  // namespace

@@ -20,17 +20,22 @@ PointBody::PointBody(const BodyParameters& body, const Stops& stops, double step
       stops_(stops),
       step_s_(step_s),
       linear_(LinearStep::make(body.mass, body.viscous + body.hand_damping, body.hand_stiffness, step_s)),
-      stop_scale_(1 / (1 + step_s / body.mass * (stops.damping + stops.stiffness * step_s / 2))) {}
+      stop_scale_(1 / (1 + linear_.vu * (stops.damping + stops.stiffness * step_s / 2))) {}
 
-Vec3 PointBody::stopForce() const HD_RT {
-  Vec3 force = Vec3::Zero();
+bool PointBody::atStop() const HD_RT {
   const Vec3 middle = x_ + v_ * (step_s_ / 2);
+  return (middle.array() < stops_.lower.array()).any() || (middle.array() > stops_.upper.array()).any();
+}
+
+Vec3 PointBody::stopForce(const Vec3& v) const HD_RT {
+  Vec3 force = Vec3::Zero();
+  const Vec3 middle = x_ + v * (step_s_ / 2);
   for (int i = 0; i < 3; ++i) {
     const double below = stops_.lower[i] - middle[i];
     const double above = middle[i] - stops_.upper[i];
     // A stop pushes, never pulls: damping on the way out only takes away from the spring.
-    if (below > 0) force[i] += std::max(0.0, (stops_.stiffness * below - stops_.damping * v_[i]) * stop_scale_);
-    if (above > 0) force[i] -= std::max(0.0, (stops_.stiffness * above + stops_.damping * v_[i]) * stop_scale_);
+    if (below > 0) force[i] += std::max(0.0, (stops_.stiffness * below - stops_.damping * v[i]) * stop_scale_);
+    if (above > 0) force[i] -= std::max(0.0, (stops_.stiffness * above + stops_.damping * v[i]) * stop_scale_);
   }
   return force;
 }
@@ -38,7 +43,12 @@ Vec3 PointBody::stopForce() const HD_RT {
 void PointBody::step(const Vec3& force, const Vec3& goal, const Vec3& goal_v) HD_RT {
   // Coordinates about the goal keep the spring term small and exact.
   Vec3 offset = x_ - goal;
-  const Vec3 u = force + stopForce() + body_.hand_damping * goal_v;
+  Vec3 u = force + body_.hand_damping * goal_v;
+  if (atStop()) {
+    Vec3 x = offset, v = v_;
+    linear_.advance(x, v, u, body_.hand_stiffness, body_.coulomb);
+    u += stopForce(v);
+  }
   linear_.advance(offset, v_, u, body_.hand_stiffness, body_.coulomb);
   x_ = goal + offset;
 }

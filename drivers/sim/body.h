@@ -44,7 +44,9 @@ class PointBody {
   [[nodiscard]] const Vec3& velocity() const HD_RT { return v_; }
 
  private:
-  [[nodiscard]] Vec3 stopForce() const HD_RT;
+  [[nodiscard]] bool atStop() const HD_RT;
+  /** Over a step at whose end the velocity would be v without it. */
+  [[nodiscard]] Vec3 stopForce(const Vec3& v) const HD_RT;
 
   BodyParameters body_;
   Stops stops_;

@@ -21,11 +21,6 @@ Vec3 producible(const Vec3& wanted, double step, double limit, bool& cut) HD_RT 
   return clampNorm(stepped, limit);
 }
 
-std::int64_t floorDivide(std::int64_t a, std::int64_t b) HD_RT {
-  const std::int64_t quotient = a / b;
-  return quotient * b > a ? quotient - 1 : quotient;
-}
-
 BodyParameters linearBody(const SimParameters& p) {
   return {p.mass + p.hand_mass, p.viscous, p.coulomb, p.hand_stiffness, p.hand_damping};
 }
@@ -75,7 +70,6 @@ Result<void> SimDevice::open() {
   rotating_.place(start.q, start.w);
   gripper_.place(Vec3(start.gripper_rad * setup_.parameters.gripper_lever, 0, 0), Vec3::Zero());
   started_ = false;
-  offset_ = 0;
   period_ = 0;
   reported_ = -1;
   skipped_ = 0;
@@ -107,14 +101,14 @@ void SimDevice::advanceTo(std::int64_t now_ns) HD_RT {
     pending_.fill({});
     acting_ = {};
   }
-  const std::int64_t target = floorDivide(now_ns, period_ns_);
+  const std::int64_t target = now_ns / period_ns_;
   if (!started_) {
     started_ = true;
     offset_ = target;
     measured_[0].t_ns = target * period_ns_;
   }
   std::int64_t due = target - offset_ - period_;
-  const auto most = std::max<std::int64_t>(1, static_cast<std::int64_t>(kMaxCatchUp_s * setup_.parameters.rate));
+  const auto most = static_cast<std::int64_t>(kMaxCatchUp_s * setup_.parameters.rate);
   if (due > most) {
     skipped_ += static_cast<std::uint64_t>(due - most);
     offset_ += due - most;

@@ -3,6 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+
+#include "tests/support/random.h"
+#include "tests/support/seeds.h"
+
 namespace hapticd {
 namespace {
 
@@ -34,11 +40,20 @@ TEST(PointBody, StopsWithoutDampingNeitherHoldNorFeedTheBall) {
 }
 
 TEST(PointBody, StopsHoldAConstantPushAtForceOverStiffness) {
-  PointBody body({0.2, 1.0}, box(0.05, 5000, 20), kStep_s);
-  for (int i = 0; i < 80000; ++i) body.step(Vec3(0, 0, -4), Vec3::Zero(), Vec3::Zero());
-  // The linearly implicit stop is softer by its scale: 1 + h/m (c + k h / 2).
-  const double scale = 1 + kStep_s / 0.2 * (20 + 5000 * kStep_s / 2);
-  EXPECT_NEAR(body.position().z(), -0.05 - 4.0 / 5000 * scale, 1e-9);
+  for (const auto& [stiffness, damping] : {std::array{5000.0, 20.0}, {5000.0, 1000.0}, {1e5, 0.0}, {1e5, 1000.0}}) {
+    for (const double side : {-1.0, 1.0}) {
+      PointBody body({0.02, 1.0}, box(0.05, stiffness, damping), kStep_s);
+      for (int i = 0; i < 80000; ++i) body.step(Vec3(0, 0, 4 * side), Vec3::Zero(), Vec3::Zero());
+      EXPECT_NEAR(std::abs(body.position().z()), 0.05 + 4 / stiffness, 1e-9) << stiffness << ' ' << damping;
+    }
+  }
+}
+
+/** With the hand on the other side: each bears its part. */
+TEST(PointBody, StopAndHandHoldAPushTogether) {
+  PointBody body({0.05, 0, 0, 500, 5}, box(0.05, 2000, 200), kStep_s);
+  for (int i = 0; i < 80000; ++i) body.step(Vec3(40, 0, 0), Vec3(0.01, 0, 0), Vec3::Zero());
+  EXPECT_NEAR(body.position().x(), (500 * 0.01 + 2000 * 0.05 + 40) / 2500, 1e-9);
 }
 
 /** What leaves it faster than its damper lets the spring follow flies on as it did. */
@@ -69,6 +84,31 @@ TEST(PointBody, TheHardestStopOfALightBodyIsStable) {
     body.step(Vec3::Zero(), Vec3::Zero(), Vec3::Zero());
     ASSERT_LT(body.position().cwiseAbs().maxCoeff(), 0.012);
     ASSERT_LE(body.velocity().cwiseAbs().maxCoeff(), 5.0);
+  }
+}
+
+/** Thrown at stops, with a hand that aims beyond them: no more energy is ever there than at the start. */
+TEST(PointBody, StopsAndHandNeverFeedIt) {
+  Random random(seedOf(1));
+  for (int i = 0; i < 300; ++i) {
+    const double m = std::pow(10, random.in(-2.3, 0)), k = std::pow(10, random.in(0, 3.3)), half = 0.02;
+    const double stiff = std::pow(10, random.in(2, 5)), damping = random.once(3) ? 0 : std::pow(10, random.in(-1, 3));
+    const double coulomb = random.once(2) ? 0 : random.in(0, 2);
+    PointBody body({m, random.in(0, 3), coulomb, k, random.in(0, 20)}, box(half, stiff, damping), kStep_s);
+    body.place(random.vector(half), random.vector(3));
+    const Vec3 goal = random.vector(2 * half);
+    const auto energy = [&] {
+      double held = 0.5 * m * body.velocity().squaredNorm() + 0.5 * k * (body.position() - goal).squaredNorm();
+      for (int axis = 0; axis < 3; ++axis)
+        held += 0.5 * stiff * std::pow(std::max(0.0, std::abs(body.position()[axis]) - half), 2);
+      return held;
+    };
+    const double start = energy();
+    for (int step = 0; step < 2000; ++step) {
+      body.step(Vec3::Zero(), goal, Vec3::Zero());
+      ASSERT_LE(energy(), start * 1.01) << i << " at " << step << ": " << m << ' ' << k << ' ' << stiff << ' '
+                                        << damping;
+    }
   }
 }
 

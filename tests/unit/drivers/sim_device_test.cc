@@ -100,6 +100,7 @@ TEST(SimDevice, ForceStepsExactlyAndNeverExceedsTheMaximum) {
   EXPECT_EQ(sim(s).acting().force, Vec3(0.25, -0.5, 0));
   s.run(2, [](const DeviceSample&) { return Vec3(2.9, 2.9, 2.9); });
   EXPECT_NEAR(sim(s).acting().force.norm(), 3, 1e-12);
+  EXPECT_TRUE(sim(s).acting().enabled);
 }
 
 TEST(SimDevice, ForceActsExactlyNPeriodsLater) {
@@ -202,6 +203,21 @@ TEST(SimDevice, AGapIsBoundedCountedAndWithoutAJump) {
   EXPECT_LT((s.sample().p - after).norm(), 0.03 * 2 * EIGEN_PI * 0.0015);
 }
 
+TEST(SimDevice, GapsAddUp) {
+  for (const unsigned rate : {100u, 1000u}) {
+    const std::int64_t period_ns = 1'000'000'000 / rate;
+    const unsigned most = rate / 50;
+    SteppedDevice s(fmt::format("sim://default?rate={}&motion=circle", rate), period_ns);
+    s.run(5);
+    EXPECT_EQ(sim(s).skippedPeriods(), 0u) << rate;
+    for (unsigned gaps = 1; gaps <= 3; ++gaps) {
+      s.setNow(s.now() + 99 * period_ns);
+      s.run(5);
+      EXPECT_EQ(sim(s).skippedPeriods(), gaps * (100 - most)) << rate;
+    }
+  }
+}
+
 TEST(SimDevice, SafeEndsTheForceAtTheNextPeriod) {
   SteppedDevice s(fmt::format("sim://default?rate=1000&delay=5&resolution=0&{}", kBare));
   s.run(10, [](const DeviceSample&) { return Vec3(1, 0, 0); });
@@ -214,6 +230,9 @@ TEST(SimDevice, SafeEndsTheForceAtTheNextPeriod) {
   s.device().read(s.now() + 20 * kMs, c);
   EXPECT_GT(a.p.x(), 0);
   EXPECT_LT(((b.p - a.p) - (c.p - b.p)).norm(), 1e-12) << "it coasts: commands on their way are gone too";
+  s.setNow(s.now() + 21 * kMs);
+  s.run(10, [](const DeviceSample&) { return Vec3(1, 0, 0); });
+  EXPECT_EQ(sim(s).acting().force, Vec3(1, 0, 0)) << "what is told after it counts";
 }
 
 TEST(SimDevice, DisabledMeansNoForce) {
@@ -279,7 +298,9 @@ TEST(SimDevice, TorqueTurnsTheWristAndThreeDegreesOfFreedomIgnoreIt) {
 }
 
 TEST(SimDevice, GripperYieldsToForceAndStopsAtItsEnds) {
-  SteppedDevice s("sim://default?gripper=1&gripper_angle=0.2&hand_pinch_stiffness=500&gripper_resolution=0&delay=0");
+  SteppedDevice s(
+      "sim://default?gripper=1&gripper_angle=0.2&hand_pinch_stiffness=500&gripper_resolution=0&delay=0"
+      "&gripper_lever=0.05&gripper_max_angle=0.45&stop_stiffness=2000");
   const auto settle = [&](double force) {
     DeviceSample sample;
     for (int i = 0; i < 2000; ++i) {
@@ -294,10 +315,12 @@ TEST(SimDevice, GripperYieldsToForceAndStopsAtItsEnds) {
   };
   EXPECT_NEAR(settle(0).gripper_rad, 0.2, 1e-9);
   EXPECT_NEAR(settle(2).gripper_rad, 0.2 + 2.0 / 500 / 0.05, 1e-9);  // 4 mm at 5 cm.
-  const DeviceSample open = settle(100);                             // Cut to 8 N: 16 mm, 3.5 mm beyond the end.
-  EXPECT_GT(open.gripper_rad, 0.5);
-  EXPECT_LT(open.gripper_rad, 0.5 + 0.0035 / 0.05);
+  // Cut to 8 N, which pinch and stop bear together: 500 (x - 10 mm) + 2000 (x - end) = +-8 N.
+  const DeviceSample open = settle(100), closed = settle(-100);
+  EXPECT_NEAR(open.gripper_rad * 0.05, (500 * 0.01 + 2000 * 0.0225 + 8) / 2500, 1e-9);
+  EXPECT_NEAR(closed.gripper_rad * 0.05, (500 * 0.01 - 8) / 2500, 1e-9);
   EXPECT_EQ(open.status, kDeviceSaturated);
+  EXPECT_EQ(closed.status, kDeviceSaturated);
 }
 
 TEST(SimDevice, ReopeningStartsAfresh) {
@@ -309,6 +332,41 @@ TEST(SimDevice, ReopeningStartsAfresh) {
   s.device().read(77 * kMs, sample);
   EXPECT_EQ(sample.t_ns, 77 * kMs);
   EXPECT_LT((sample.p - Vec3(0, -0.03, 0)).norm(), 1e-12);
+}
+
+/** Whatever it went through, and whatever was still on its way to its motors. */
+TEST(SimDevice, ReopenedItIsAsNew) {
+  for (const int before : {1, 30, 200}) {
+    const char* uri =
+        "sim://default?dof=6&gripper=1&motion=minjerk&seed=5&sway=0.3,0.1,0.2&delay=5&max_force=3&gripper_angle=0.2";
+    SteppedDevice again(uri), fresh(uri);
+    DeviceCommand command;
+    command.force = {5, -4, 3};
+    command.torque = {0.05, 0.1, 0};
+    command.gripper_force = 2;
+    command.enabled = true;
+    DeviceSample sample, other;
+    for (int i = 0; i < before; ++i) {
+      again.device().read(again.now(), sample);
+      again.device().write(again.now(), command);
+      again.setNow(again.now() + (i == 20 ? 1000 : 1) * kMs);
+    }
+    again.device().close();
+    ASSERT_TRUE(again.device().open().ok());
+    for (int i = 0; i < 300; ++i) {
+      const std::int64_t now = again.now() + i * kMs;
+      again.device().read(now, sample);
+      fresh.device().read(now, other);
+      ASSERT_TRUE(same(sample, other)) << before << " then " << i;
+      ASSERT_EQ(sample.gripper_rad, other.gripper_rad) << before << " then " << i;
+      ASSERT_EQ(sample.fresh, other.fresh) << before << " then " << i;
+      ASSERT_EQ(sample.status, other.status) << before << " then " << i;
+      if (i < 100) continue;
+      again.device().write(now, command);
+      fresh.device().write(now, command);
+    }
+    EXPECT_EQ(sim(again).skippedPeriods(), 0u);
+  }
 }
 
 TEST(SimDevice, TheStabilityBoundaryOfAWallIsTheOneOfTheLiterature) {

@@ -56,7 +56,6 @@ void SessionShare::lose(std::int64_t now_ns, std::int64_t fade_ns) HD_RT {
   life_ = Life::kLost;
   lost_ns_ = now_ns;
   fade_ns_ = std::max<std::int64_t>(0, fade_ns);
-  returning_ = return_started_ = false;
   for (std::uint32_t i = 0; i < kMaxDevices; ++i) {
     force_[i].at_loss = force_[i].last;
     torque_[i].at_loss = torque_[i].last;
@@ -124,7 +123,7 @@ void SessionShare::addClientForce(const ToolPoint& tool, std::int64_t now_ns, Sh
   ClientForce& client = client_[tool.device];
   if (!client.set) return;
   const std::int64_t late = now_ns - client.applied_ns - std::max<std::int64_t>(0, client.force.lease_ns);
-  const double weight = late > 0 ? 1 - progress(0, late, LocalModelSlot::kFadeNs) : 1.0;
+  const double weight = 1 - progress(0, late, LocalModelSlot::kFadeNs);
   if (weight == 0) {
     client.set = false;
     return;

@@ -119,6 +119,13 @@ TEST_F(CycleClutch, PressedTheForceFadesAndNothingIsTensedWhenTheHandComesBack) 
   EXPECT_NEAR(out().command.force.z(), 2, 1e-9) << "on the same side of it as before";
 }
 
+TEST_F(CycleClutch, AForceOfATenthOfANewtonFadesToo) {
+  walk({0, 0, -0.0002});
+  ASSERT_NEAR(out().command.force.z(), 0.1, 1e-9);
+  clutch(true);
+  for (int i = 1; i < 50; ++i) EXPECT_NEAR(step().command.force.z(), 0.1 * (1 - i * 1e-3 / Clutch::kFall_s), 1e-9) << i;
+}
+
 /** Of a spring that a program holds, the point stays where it was; it comes back slowly. */
 TEST_F(CycleClutch, WhatAModelHoldsComesBackNoFasterThanItsPower) {
   put(CommandKind::kAddSession, SessionRef{0, 0, 1});

@@ -62,6 +62,7 @@ TEST_F(CycleOrders, ForDevicesThatAreNotThereAreRefused) {
     EXPECT_EQ(send(CommandKind::kAttachTool, AttachTool{device}), ErrorCode::kInvalidArgument) << device;
     EXPECT_EQ(send(CommandKind::kSetGrip, SetGrip{device}), ErrorCode::kInvalidArgument) << device;
     EXPECT_EQ(send(CommandKind::kSetFinger, SetFinger{device}), ErrorCode::kInvalidArgument) << device;
+    EXPECT_EQ(send(CommandKind::kSetClutch, SetClutch{device, 0, 0, 0, {}}), ErrorCode::kInvalidArgument) << device;
     EXPECT_EQ(send(CommandKind::kSetMount, SetMount{device, 0, {}, {1, 0, 0, 0}, 1}), ErrorCode::kInvalidArgument)
         << device;
     hd_intent wish{};
@@ -135,6 +136,64 @@ TEST_F(CycleOrders, AGripIsFiniteAndNotNegative) {
   EXPECT_EQ(send(CommandKind::kSetGrip, SetGrip{0, 0, 20, 10}), ErrorCode::kInvalidArgument);
   EXPECT_EQ(cycle->grip(0).stiffness, 20);
   EXPECT_EQ(cycle->grip(0).width, 0.5);
+}
+
+TEST_F(CycleOrders, AFingerThatIsNoneLeavesTheOneThatIs) {
+  SetFinger finger{};
+  finger.law = static_cast<std::uint32_t>(PadLaw::kLinear);
+  finger.radius = finger.arm = 5e-3;
+  finger.stiffness = 0.1;
+  EXPECT_EQ(send(CommandKind::kSetFinger, finger), ErrorCode::kOk);
+  SetFinger bad = finger;
+  for (bad.radius = 0; const double stiffness : {0.1, kNan}) {
+    bad.stiffness = stiffness;
+    EXPECT_EQ(send(CommandKind::kSetFinger, bad), ErrorCode::kInvalidArgument);
+    EXPECT_EQ(cycle->finger(0).order().radius, 5e-3);
+  }
+}
+
+TEST_F(CycleOrders, AClutchOfAButtonThatIsNoneLeavesTheOneThatIs) {
+  EXPECT_EQ(send(CommandKind::kSetClutch, SetClutch{1, 0, 32, 0, {}}), ErrorCode::kOk);
+  EXPECT_EQ(send(CommandKind::kSetClutch, SetClutch{1, 1, 33, 0, {}}), ErrorCode::kInvalidArgument);
+  EXPECT_FALSE(cycle->clutch(1).held(0));
+  EXPECT_TRUE(cycle->clutch(1).held(1u << 31));
+  EXPECT_FALSE(cycle->clutch(0).held(1u << 31));
+}
+
+TEST_F(CycleOrders, AWishIsToldOfItsDeviceInItsTickAlone) {
+  for (std::uint32_t device = 0; device < kDevices; ++device) {
+    hd_intent wish{};
+    wish.device = device;
+    wish.p[0] = 0.01;
+    wish.q[0] = 1;
+    wish.gripper_rad = 0.3;
+    EXPECT_EQ(send(CommandKind::kIntent, wish), ErrorCode::kOk);
+    for (std::uint32_t d = 0; d < kDevices; ++d) EXPECT_EQ(output->device[d].has_intent, d == device) << d;
+    EXPECT_EQ(output->device[device].intent.p, Vec3(0.01, 0, 0));
+    EXPECT_EQ(output->device[device].intent.gripper_rad, 0.3);
+    step();
+    for (std::uint32_t d = 0; d < kDevices; ++d) EXPECT_FALSE(output->device[d].has_intent) << d;
+  }
+}
+
+/** One that overtakes others that wait may make nothing stronger. */
+TEST_F(CycleOrders, LimitsThatOnlyLowerRaiseNone) {
+  const DeviceLimits wanted{0, 1, 20, 0.5, 2e6, 500, 20, 25, 100, 2.5};  // Every other one is lower.
+  EXPECT_EQ(send(CommandKind::kDeviceLimits, wanted), ErrorCode::kOk);
+  const GuardLimits lowered = cycle->deviceGuard(0).limits(), before = config().guard[0].limits;
+  EXPECT_EQ(lowered.force, before.force);
+  EXPECT_EQ(lowered.torque, 0.5);
+  EXPECT_EQ(lowered.force_slew, before.force_slew);
+  EXPECT_EQ(lowered.torque_slew, 500);
+  EXPECT_EQ(lowered.velocity, before.velocity);
+  EXPECT_EQ(lowered.power, 25);
+  EXPECT_EQ(lowered.active_power, before.active_power);
+  EXPECT_EQ(lowered.gripper_force, 2.5);
+  DeviceLimits all = wanted;
+  all.only_lowers = 0;
+  EXPECT_EQ(send(CommandKind::kDeviceLimits, all), ErrorCode::kOk);
+  EXPECT_EQ(cycle->deviceGuard(0).limits().force, 20);
+  EXPECT_EQ(cycle->deviceGuard(0).limits().torque, 0.5);
 }
 
 TEST_F(CycleOrders, OfSessionsThatAreNotThereAreRefused) {

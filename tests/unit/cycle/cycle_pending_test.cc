@@ -114,6 +114,15 @@ TEST_F(PendingCommands, EndWithTheirSender) {
   }
 }
 
+TEST_F(PendingCommands, OfOthersOutliveIt) {
+  sendAhead(6, 9);
+  put(CommandKind::kAddSession, SessionRef{kSlot + 1, 0, 8});
+  step();
+  put(CommandKind::kFreeSession, SessionRef{kSlot + 1, 0, 8});
+  while (input->tick < 6) step();
+  EXPECT_EQ(applied(), 9u);
+}
+
 TEST_F(PendingCommands, OfASenderThatIsGoneLeaveRoomForOthers) {
   fill(1000);
   session(CommandKind::kFreeSession);

@@ -233,6 +233,27 @@ TEST(CycleDamping, ASurfaceDampsByWhatTheDeviceBears) {
   }
 }
 
+// In a world that is larger than the hand's each metre per second of the hand is more of the wall's.
+TEST(CycleDamping, AlsoThroughAMount) {
+  const double can = 4;
+  for (const double scale : {0.5, 1.0, 2.0}) {
+    for (const double of_wall : {0.5, 1.4, 3.0, 20.0}) {
+      CycleConfig config = test::openConfig(200);
+      config.guard[0].max_damping = can;
+      test::SteppedCycle hand(config);
+      hand.put(CommandKind::kSetMount, test::mountAt({}, 0, scale));
+      hand.add(wall(500, of_wall * can / scale));
+      for (int i = 0; i < 100; ++i) {
+        const Vec3 at(0, 0, 0.002 - 5e-5 * i);
+        const DeviceOutput& out = hand.at(at);
+        if (i < 50) continue;
+        const double damps = (out.contact.force.z() + 500 * scale * at.z()) / 0.05;  // By the hand's 50 mm/s.
+        EXPECT_NEAR(damps / can, std::min(of_wall, 1.5), 1e-6) << of_wall << ", " << scale;
+      }
+    }
+  }
+}
+
 // A tool's damper lies behind a spring: from tick to tick, where a device is thrown, it adds nothing to what damps.
 TEST(CycleDamping, TheDamperOfAHeldToolThrowsNobody) {
   const double can = 55;

@@ -51,6 +51,36 @@ TEST_F(PoseBoardOf, AFewObjectsIsFreshEachCycle) {
   }
 }
 
+TEST_F(PoseBoardOf, AnObjectIsShownWithAllThatIsKnownOfIt) {
+  add(7, 1, 500, 0.1);
+  hd_object_pose pose{};
+  pose.object = makeObjectId(7, 1);
+  store(Vec3(0.1, -0.2, 0.3), pose.p);
+  store(Quat(0.5, 0.5, -0.5, 0.5), pose.q);
+  store(Vec3(1, 2, 3), pose.v);
+  store(Vec3(4, 5, 6), pose.w);
+  Command command = makeCommand(CommandKind::kObjectPose, pose, 1);
+  ASSERT_EQ(scene_->apply(command), ErrorCode::kOk);
+  const hd_object_flags flags{makeObjectId(7, 1), HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE, HD_OBJECT_VISIBLE, 0};
+  ASSERT_EQ(scene_->apply(makeCommand(CommandKind::kObjectFlags, flags, 1)), ErrorCode::kOk);
+  scene_->advance(1e-3);
+  publish();
+  const SceneObject* const object = scene_->find(makeObjectId(7, 1));
+  ASSERT_NE(object, nullptr);
+  const PosedObject posed = read(7);
+  EXPECT_EQ(posed.flags, std::uint32_t{HD_OBJECT_VISIBLE});
+  EXPECT_EQ(posed.client_edits, object->client_edits);
+  EXPECT_NE(posed.client_edits, PosedObject{}.client_edits) << "of what a client has edited";
+  EXPECT_EQ(posed.material.stiffness, 500);
+  EXPECT_EQ(vec3(posed.p_PO), Vec3(0.1, -0.2, 0.3));
+  EXPECT_EQ(vec3(posed.v_PO), Vec3(1, 2, 3));
+  EXPECT_EQ(vec3(posed.w_PO), Vec3(4, 5, 6));
+  EXPECT_EQ(vec3(posed.p_WO), object->X_WO.p);
+  EXPECT_EQ(quat(posed.q_PO).coeffs(), object->X_PO.q.coeffs());
+  EXPECT_GT(quat(posed.q_PO).angularDistance(Quat::Identity()), 1);
+  EXPECT_EQ(quat(posed.q_WO).coeffs(), object->X_WO.q.coeffs());
+}
+
 TEST_F(PoseBoardOf, AFullSceneGivesEachObjectItsTurn) {
   for (std::uint32_t slot = 1; slot < kMaxObjects; ++slot) add(slot, 1, 500, 0);
   constexpr std::uint64_t kRound = kMaxObjects / PoseBoard::kPerCycle;

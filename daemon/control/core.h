@@ -116,6 +116,20 @@ class Core {
    */
   void disconnect(std::uint64_t connection) noexcept;
 
+  /**
+   * What `edit` orders of the servos is that client's: it counts against its share of what waits for each (Outbox), by
+   * which edits are refused.
+   */
+  template <class Edit>
+  auto editFor(std::uint64_t connection, Edit&& edit) {
+    struct Giver {
+      DeviceManager& devices;
+      std::uint64_t before;
+      ~Giver() { devices.setGiver(before); }
+    } const giver{devices_, devices_.setGiver(connection)};
+    return edit();
+  }
+
   // Sessions and leases.
   [[nodiscard]] Result<Session*> openSession(std::string_view uri, std::uint64_t connection, const std::string& name,
                                              std::uint16_t major, std::uint16_t minor);

@@ -167,7 +167,7 @@ Result<void> Core::mayArm(OpenDevice& device) const {
     return Error{ErrorCode::kUnsupported, device.name, "the device is not calibrated",
                  how.empty() || how == "none" ? "calibrate it, then arm" : how + "; then arm"};
   }
-  if (!device.link->accepting()) {
+  if (!device.link->acceptingArm(device.index)) {
     return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
   }
   return {};

@@ -34,7 +34,8 @@ Result<void> Core::mayChange(const OpenDevice& device, const Client& by) {
                  "wait until it is released"};
   }
   if (!device.link->accepting()) {
-    return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
+    return Error{ErrorCode::kTimeout, device.name, "too many edits wait for the servo",
+                 "edit less often; if it stays so, see hapticctl status"};
   }
   return {};
 }

@@ -269,6 +269,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
   } catch (const std::bad_alloc&) {
     (void)letGo(**link);
     throw;
+  (*link)->setGiver(giver_);
   }
   for (auto& row : rows) devices_.push_back(std::move(row));
   links_.push_back(std::move(*link));

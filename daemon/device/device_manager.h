@@ -10,6 +10,7 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "daemon/config/config.h"
@@ -132,6 +133,8 @@ class DeviceManager {
    */
   using Advice = std::function<Result<std::string>(const std::string& canonical)>;
   void onAsked(Advice advice) { advice_ = std::move(advice); }
+  /** For which connection orders are given from now on, to every servo; 0: for the daemon. Gives the one before. */
+  std::uint64_t setGiver(std::uint64_t connection) { return std::exchange(giver_, connection); }
   /** For every group opened from now on. */
   void setLines(SafetyLines& lines) { lines_ = &lines; }
 
@@ -259,6 +262,7 @@ class DeviceManager {
   std::uint32_t next_group_ = 1;
   std::list<Opening> opening_;
   void look();
+  std::uint64_t giver_ = 0;  // before links_, which look at it
   [[nodiscard]] bool hasLooked(std::int64_t most_ns);
   void tellFound(const Result<std::vector<DeviceFound>>& found);
 

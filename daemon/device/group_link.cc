@@ -61,7 +61,8 @@ DeviceGroup::Leaving GroupLink::stop() {
 }
 
 std::uint64_t GroupLink::post(const Command& command) {
-  outbox_.push(command);
+  const bool arms = command.kind == CommandKind::kArm;
+  outbox_.push(command, arms ? arming(command.as<DeviceRef>().device) : *giver_);
   flush();
   return posted();
 }
@@ -77,8 +78,8 @@ bool GroupLink::flush() {
 }
 
 void GroupLink::forgetSceneOrders() {
-  for (Command& command : outbox_) {  // Replaced, not taken out: tickets count places.
-    if (isOfScene(command)) command = Command{};
+  for (auto& [order, whose] : outbox_) {  // Replaced, not taken out: tickets count places.
+    if (isOfScene(order)) order = Command{};
   }
   // Each entry is popped and pushed back once: while the servo stands still, both ends of the ring are ours.
   ControlToServo& ring = group_->servo().from_control;
@@ -95,9 +96,9 @@ bool GroupLink::urgent(const Command& command) {
 }
 
 bool GroupLink::switchOff(std::uint32_t device, CommandKind kind, std::int64_t now_ns) {
-  for (Command& command : outbox_) {  // Replaced, not taken out: tickets count places.
-    if (command.kind == CommandKind::kArm && command.as<DeviceRef>().device == device)
-      command = makeCommand(CommandKind::kDisarm, DeviceRef{device});
+  for (auto& [order, whose] : outbox_) {  // Replaced, not taken out: tickets count places.
+    if (order.kind == CommandKind::kArm && order.as<DeviceRef>().device == device)
+      order = makeCommand(CommandKind::kDisarm, DeviceRef{device});
   }
   Off& off = off_[device];
   const bool waits_already = waits(off);
@@ -114,12 +115,12 @@ std::int64_t GroupLink::offSince(std::uint32_t device) const { return waits(off_
 bool GroupLink::lowerLimits(std::uint32_t device, const GuardLimits& most) {
   if (group_->sent() - group_->taken() >= kInFlight + kLowering) return false;
   if (!urgent(makeCommand(CommandKind::kDeviceLimits, limitsOrder(device, most, true)))) return false;
-  for (Command& command : outbox_) {
-    if (command.kind != CommandKind::kDeviceLimits) continue;
-    const auto& waits = command.as<DeviceLimits>();
+  for (auto& [order, whose] : outbox_) {
+    if (order.kind != CommandKind::kDeviceLimits) continue;
+    const auto& waits = order.as<DeviceLimits>();
     if (waits.device != device) continue;
-    command = makeCommand(CommandKind::kDeviceLimits,
-                          limitsOrder(device, lower(limitsOf(waits), most), waits.only_lowers != 0));
+    order = makeCommand(CommandKind::kDeviceLimits,
+                        limitsOrder(device, lower(limitsOf(waits), most), waits.only_lowers != 0));
   }
   return true;
 }

@@ -31,7 +31,11 @@ class GroupLink final : public CommandSink {
   std::uint64_t post(const Command& command) override;
   [[nodiscard]] std::uint64_t posted() const override { return sent_ + outbox_.size(); }
   [[nodiscard]] bool passed(std::uint64_t ticket) override;
-  [[nodiscard]] bool accepting() const override { return outbox_.size() < kOutbox; }
+  [[nodiscard]] bool accepting() const override { return outbox_.hasRoomFor(*giver_); }
+  /** Whether an order to arm that device is: no edits of anybody's take its place. */
+  [[nodiscard]] bool acceptingArm(std::uint32_t device) const { return outbox_.of(arming(device)) < kArms; }
+  /** From now on orders are given for that connection; 0: for the daemon. It must live as long as this. */
+  void setGiver(const std::uint64_t& connection) { giver_ = &connection; }
   [[nodiscard]] std::int64_t periodNs() const override { return period_ns_; }
   [[nodiscard]] MeshTable& meshes() override { return *meshes_; }
   [[nodiscard]] bool posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) override;
@@ -77,9 +81,10 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] static constexpr std::size_t monitorBytes() { return sizeof(hd_region_a); }
 
  private:
-  static constexpr std::size_t kOutbox = 4096;    ///< Beyond it edits are refused.
   static constexpr std::uint64_t kInFlight = 64;  ///< Four cycles' worth: an urgent order waits no longer.
   static constexpr std::uint64_t kLowering = kControlCommandsPerCycle;  ///< So many limits at once may overtake.
+  static constexpr std::size_t kArms = 16;  ///< Orders to arm one device that may wait, those taken back included.
+  static constexpr std::uint64_t kDaemon = 0;
 
   /** The order to switch a device off that was sent last. */
   struct Off {
@@ -89,6 +94,8 @@ class GroupLink final : public CommandSink {
   };
 
   GroupLink(std::string name, std::int64_t period_ns);
+  /** Whose place in the outbox an order to arm that device takes: no connection's. */
+  static constexpr std::uint64_t arming(std::uint32_t device) { return ~std::uint64_t{device}; }
   bool urgent(const Command& command);
   [[nodiscard]] bool waits(const Off& off) const;
 
@@ -98,6 +105,7 @@ class GroupLink final : public CommandSink {
   std::unique_ptr<DeviceGroup> group_;
   hd_region_a* monitor_ = nullptr;
   Outbox outbox_;
+  const std::uint64_t* giver_ = &kDaemon;
   std::uint64_t sent_ = 0;    ///< Orders handed on from the outbox.
   std::uint64_t urgent_ = 0;  ///< Orders that overtook.
   std::array<Off, kMaxDevices> off_;

@@ -145,7 +145,9 @@ kj::Promise<void> DaemonServer::get(GetContext context) {
 kj::Promise<void> DaemonServer::set(SetContext context) {
   return answer(context, [&](auto params, auto results) -> Result<void> {
     const auto uri = params.getUri();
-    auto json = ResourceTree(core_).set({uri.begin(), uri.size()}, client());
+    auto json = core_.editFor(connection_, [&] {
+      return ResourceTree(core_).set({uri.begin(), uri.size()}, client());
+    });
     if (!json) return json.error();
     results.setJson(text(*json));
     return {};
@@ -207,7 +209,8 @@ kj::Promise<void> DaemonServer::setLimits(SetLimitsContext context) {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
     if (!params.hasLimits()) return Error{ErrorCode::kInvalidArgument, "limits", "there are none", "give limits"};
-    auto limits = core_.setLimits(*uri, read(params.getLimits()), connection_);
+    auto limits =
+        core_.editFor(connection_, [&] { return core_.setLimits(*uri, read(params.getLimits()), connection_); });
     if (!limits) return limits.error();
     write(results.initLimits(), *limits);
     return {};

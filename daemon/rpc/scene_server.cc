@@ -12,6 +12,14 @@ kj::Promise<void> answerNamed(Context context, Body&& body) {
   });
 }
 
+/** As answerNamed(), for those that change it: runs `body(name, params)`. */
+template <class Context, class Body>
+kj::Promise<void> answerEdit(Core& core, std::uint64_t connection, Context context, Body&& body) {
+  return answerNamed(context, [&](auto& name, auto params, auto) {
+    return core.editFor(connection, [&] { return body(name, params); });
+  });
+}
+
 /** The last answer to a commit is out; the client may be slow, so only the newest report of progress waits. */
 class ProgressSender : public kj::Refcounted {
  public:
@@ -40,7 +48,8 @@ kj::Promise<void> SceneServer::create(CreateContext context) {
   return answer(context, [&](auto params, auto results) -> Result<void> {
     auto spec = read(params.getObject());
     if (!spec) return spec.error();
-    auto id = core_.scene().create(std::move(*spec), core_.client(connection_));
+    auto id =
+        core_.editFor(connection_, [&] { return core_.scene().create(std::move(*spec), core_.client(connection_)); });
     if (!id) return id.error();
     results.setId(*id);
     return {};
@@ -48,8 +57,8 @@ kj::Promise<void> SceneServer::create(CreateContext context) {
 }
 
 kj::Promise<void> SceneServer::remove(RemoveContext context) {
-  return answerNamed(context,
-                     [&](auto& name, auto, auto) { return core_.scene().remove(name, core_.client(connection_)); });
+  return answerEdit(core_, connection_, context,
+                    [&](auto& name, auto) { return core_.scene().remove(name, core_.client(connection_)); });
 }
 
 kj::Promise<void> SceneServer::list(ListContext context) {
@@ -71,25 +80,25 @@ kj::Promise<void> SceneServer::find(FindContext context) {
 }
 
 kj::Promise<void> SceneServer::setPose(SetPoseContext context) {
-  return answerNamed(
-      context, [&](auto& name, auto params, auto) { return core_.scene().setPose(name, read(params.getPose())); });
+  return answerEdit(core_, connection_, context,
+                    [&](auto& name, auto params) { return core_.scene().setPose(name, read(params.getPose())); });
 }
 
 kj::Promise<void> SceneServer::setMaterial(SetMaterialContext context) {
-  return answerNamed(context, [&](auto& name, auto params, auto) {
+  return answerEdit(core_, connection_, context, [&](auto& name, auto params) {
     return core_.scene().setMaterial(name, read(params.getMaterial()));
   });
 }
 
 kj::Promise<void> SceneServer::setFlags(SetFlagsContext context) {
-  return answerNamed(context, [&](auto& name, auto params, auto) {
+  return answerEdit(core_, connection_, context, [&](auto& name, auto params) {
     return core_.scene().setFlags(name, {params.getEnabled(), params.getVisible(), params.getTwoSided()});
   });
 }
 
 kj::Promise<void> SceneServer::setShape(SetShapeContext context) {
-  return answerNamed(context,
-                     [&](auto& name, auto params, auto) { return core_.setShape(name, read(params.getShape())); });
+  return answerEdit(core_, connection_, context,
+                    [&](auto& name, auto params) { return core_.setShape(name, read(params.getShape())); });
 }
 
 kj::Promise<void> SceneServer::beginUpload(BeginUploadContext context) {
@@ -118,9 +127,8 @@ kj::Promise<void> SceneServer::listMeshes(ListMeshesContext context) {
 }
 
 kj::Promise<void> SceneServer::setSurface(SetSurfaceContext context) {
-  return answerNamed(context, [&](auto& name, auto params, auto) {
-    return core_.scene().setSurface(name, read(params.getSurface()));
-  });
+  return answerEdit(core_, connection_, context,
+                    [&](auto& name, auto params) { return core_.scene().setSurface(name, read(params.getSurface())); });
 }
 
 kj::Promise<void> SceneServer::dropTexture(DropTextureContext context) {

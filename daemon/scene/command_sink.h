@@ -19,7 +19,8 @@ class CommandSink {
   [[nodiscard]] virtual std::uint64_t posted() const = 0;
   /** The servo has taken the order of that ticket; conservative. */
   [[nodiscard]] virtual bool passed(std::uint64_t ticket) = 0;
-  /** False when so many orders wait that the servo must be dead: refuse the edit before changing anything. */
+  /** False when too many orders wait, of whom they are given for or in all: refuse the edit before changing anything.
+   */
   [[nodiscard]] virtual bool accepting() const = 0;
   /** Of the servo: what is resampled for it depends on it. */
   [[nodiscard]] virtual std::int64_t periodNs() const = 0;

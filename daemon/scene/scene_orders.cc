@@ -77,7 +77,8 @@ void SceneModel::detach(CommandSink& sink) {
 Result<void> SceneModel::accepting() const {
   for (const CommandSink* sink : sinks_) {
     if (sink != nullptr && !sink->accepting()) {
-      return Error{ErrorCode::kWouldBlock, "scene", "a servo has stopped taking orders", "see hapticctl status"};
+      return Error{ErrorCode::kWouldBlock, "scene", "too many edits wait for a servo",
+                   "edit less often; if it stays so, see hapticctl status"};
     }
   }
   return {};

@@ -296,6 +296,7 @@ class Core {
   void refusedByServo(const std::string& device, const ServoEvent& event, Session* session);
   /** Tells subscribers that something which a client has pushed was refused. */
   void tellRefused(const Session& session, ErrorCode code, const std::string& what, const std::string& object);
+  void tellMissed(const GroupLink& link);
 
   CoreOptions options_;
   Clock& clock_;
@@ -326,6 +327,7 @@ class Core {
   };
   std::map<const GroupLink*, Missed> missed_;
   log::RateLimit refused_log_{1'000'000'000, 5};
+    ServoEvent last{};
   log::RateLimit overrun_log_{10'000'000'000, 1};
   log::RateLimit stopped_log_{1'000'000'000, 2 * kMaxGroups* kMaxDevices};  ///< All at once, twice.
   log::RateLimit bypassed_log_{1'000'000'000, 5};

@@ -68,6 +68,7 @@ void Core::drain(GroupLink& link) {
       events_.lost(1);
     }
   }
+  tellMissed(link);
   const std::uint64_t dropped = servo.counters.events_dropped.load(std::memory_order_relaxed);
   std::uint64_t& seen = events_dropped_[&link];
   if (dropped != seen) events_.lost(dropped - seen);
@@ -116,7 +117,6 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
   const bool told_of = e.kind == ServoEventKind::kModelExpired || e.kind == ServoEventKind::kCommandRefused;
   Session* const session = told_of ? sessions_.bySlot(link, e.session) : nullptr;
   const std::string name = device == nullptr ? link.name() : device->name;
-  std::uint64_t suppressed = 0;
   if (e.kind == ServoEventKind::kCommandRefused) return refusedByServo(name, e, session);
   if (e.kind == ServoEventKind::kWarm) {
     if (e.value != 0) {
@@ -137,6 +137,7 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
   event.value = e.value;
   for (int i = 0; i < 3; ++i) event.point[i] = e.point[i];
   event.force = e.force;
+  std::uint64_t suppressed = 0;
   switch (e.kind) {
     case ServoEventKind::kFault:
       event.text = faultText(e.value);
@@ -149,20 +150,45 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
     case ServoEventKind::kDisarmed:
       disarmed_.push_back(std::move(event));
       return;
-    case ServoEventKind::kOverrun:
+    case ServoEventKind::kOverrun: {
       // A machine that is too busy misses some in every second one: not each is worth an event.
-      missed_[&link].periods += e.value;
-      if (!missed_[&link].told.allow(clock_.now(), suppressed)) return;
-      event.value = static_cast<std::uint32_t>(std::min<std::uint64_t>(std::exchange(missed_[&link].periods, 0), ~0u));
-      if (overrun_log_.allow(clock_.now(), suppressed)) {
-        log::info("{}: missed {} period{}{}", name, event.value, event.value == 1 ? "" : "s",
-                  log::suppressedNote(suppressed));
-      }
+      Missed& missed = missed_[&link];
+      missed.last = e;
+      missed.periods += e.value;
+      return;
+    }
+    case ServoEventKind::kModelExpired:
+      if (session == nullptr) break;
+      if (!session->expiries.allow(clock_.now(), suppressed)) return;  // Else one client's fill everybody's queues.
+      event.text = log::suppressedNote(suppressed);
+      if (!event.text.empty()) event.text.erase(0, 1);  // The space.
       break;
     default:
       break;
   }
   events_.publish(event);
+}
+
+/** What was held back, too, when it is its turn. */
+void Core::tellMissed(const GroupLink& link) {
+  const auto it = missed_.find(&link);
+  if (it == missed_.end() || it->second.periods == 0) return;
+  Missed& missed = it->second;
+  std::uint64_t suppressed = 0;
+  if (!missed.told.allow(clock_.now(), suppressed)) return;
+  Event event;
+  const OpenDevice* const device = devices_.at(link, missed.last.device);
+  event.kind = EventKind::kOverrun;
+  event.t_ns = missed.last.t_ns;
+  event.tick = missed.last.tick;
+  event.device = device == nullptr ? link.name() : device->name;
+  event.value = static_cast<std::uint32_t>(std::min<std::uint64_t>(missed.periods, ~0u));
+  if (overrun_log_.allow(clock_.now(), suppressed)) {
+    log::info("{}: missed {} period{}{}", event.device, event.value, event.value == 1 ? "" : "s",
+              log::suppressedNote(suppressed));
+  }
+  events_.publish(event);
+  missed.periods = 0;
 }
 
 /** Armed again before it was off: then it never was. */
@@ -173,13 +199,15 @@ void Core::forgetDisarmed(const std::string& name) {
 
 /** The servo has disarmed them; that is told when no thread of the driver's has anything else on its way any more. */
 void Core::pollDisarmed() {
-  const auto told = [this](const Event& event) {
-    if (const auto device = devices_.find(event.device); device && !(*device)->device().isOff()) return false;
-    log::info("{}: disarmed", event.device);
-    events_.publish(event);
-    return true;
-  };
-  disarmed_.erase(std::remove_if(disarmed_.begin(), disarmed_.end(), told), disarmed_.end());
+  for (auto it = disarmed_.begin(); it != disarmed_.end();) {
+    if (const auto device = devices_.find(it->device); device && !(*device)->device().isOff()) {
+      ++it;
+      continue;
+    }
+    log::info("{}: disarmed", it->device);
+    events_.publish(*it);
+    it = disarmed_.erase(it);
+  }
 }
 
 }  // namespace hapticd

@@ -67,6 +67,8 @@ struct Session {
   std::string why;              ///< Why it ended.
   /** Of what the servo refuses, told to subscribers. */
   log::RateLimit refusals{1'000'000'000, 5};
+  /** Of its models that expire, told to subscribers: all that it may have at once. */
+  log::RateLimit expiries{1'000'000'000, HD_MODEL_SLOTS};
 };
 
 }  // namespace hapticd

@@ -174,8 +174,9 @@ class SampleFlag(enum.IntFlag):
 
 class EventKind(enum.IntEnum):
     """What an event tells, with Event.object for TOUCH and UNTOUCH. Event.value is of BUTTON the mask now, of FAULT the Fault,
-    of OVERRUN the periods missed since the last, of MODEL_EXPIRED the slot, of REFUSED the Code of a push that the daemon has
-    refused, with what and why in Event.text."""
+    of OVERRUN the periods missed since the last, of MODEL_EXPIRED the slot (eight a second of a session;
+    Event.text tells how many were left out), of REFUSED the Code of a push that the daemon has refused, with what and why in
+    Event.text."""
     TOUCH = 0
     UNTOUCH = 1
     BUTTON = 2

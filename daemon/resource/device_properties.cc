@@ -13,8 +13,6 @@
 namespace hapticd {
 namespace {
 
-using Json = nlohmann::json;
-
 Json getInfo(const OpenDevice& device, const DeviceNow&, Core&) {
   const DeviceInfo& i = device.info();
   return {{"model", i.model},
@@ -299,22 +297,22 @@ constexpr DeviceProperty kDeviceProperties[] = {
 
 std::span<const DeviceProperty> deviceProperties() { return kDeviceProperties; }
 
-nlohmann::json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
+Json number(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
-nlohmann::json toJson(const Vec3& x) { return {number(x.x()), number(x.y()), number(x.z())}; }
+Json toJson(const Vec3& x) { return {number(x.x()), number(x.y()), number(x.z())}; }
 
-nlohmann::json toJson(const Quat& q) { return {number(q.w()), number(q.x()), number(q.y()), number(q.z())}; }
+Json toJson(const Quat& q) { return {number(q.w()), number(q.x()), number(q.y()), number(q.z())}; }
 
-nlohmann::json toJson(const Pose& pose) { return {{"pos", toJson(pose.p)}, {"rot", toJson(pose.q)}}; }
+Json toJson(const Pose& pose) { return {{"pos", toJson(pose.p)}, {"rot", toJson(pose.q)}}; }
 
-nlohmann::json toJson(const hd_material& m) {
+Json toJson(const hd_material& m) {
   return {{"stiffness", number(m.stiffness)},
           {"damping", number(m.damping)},
           {"friction_static", number(m.friction_static)},
           {"friction_dynamic", number(m.friction_dynamic)}};
 }
 
-nlohmann::json toJson(const GuardLimits& l) {
+Json toJson(const GuardLimits& l) {
   return {{"force", number(l.force)},
           {"torque", number(l.torque)},
           {"force_slew", number(l.force_slew)},
@@ -325,14 +323,14 @@ nlohmann::json toJson(const GuardLimits& l) {
           {"gripper_force", number(l.gripper_force)}};
 }
 
-nlohmann::json toJson(const MeshInfo& m) {
+Json toJson(const MeshInfo& m) {
   return {{"id", m.id},         {"vertices", m.vertices},     {"triangles", m.triangles},
           {"bytes", m.bytes},   {"lower", toJson(m.lower)},   {"upper", toJson(m.upper)},
           {"closed", m.closed}, {"deformable", m.deformable}, {"notes", m.notes},
           {"uses", m.uses},     {"owner", m.owner.name},      {"voxel", m.voxel}};
 }
 
-nlohmann::json toJson(const TextureInfo& t) {
+Json toJson(const TextureInfo& t) {
   return {{"id", t.id},           {"kind", t.is_relief ? "relief" : "vibration"},
           {"width", t.width},     {"height", t.height},
           {"models", t.models},   {"rate_hz", number(t.rate_hz)},

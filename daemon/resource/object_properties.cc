@@ -13,8 +13,6 @@
 namespace hapticd {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr const char* kPlace = "x,y,z in metres: 0,0,0.02";
 
 /** Who gives others is told `how` they are written. */

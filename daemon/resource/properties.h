@@ -3,12 +3,12 @@
  */
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string_view>
 
 #include "daemon/control/core.h"
 #include "daemon/device/device_status.h"
+#include "daemon/resource/json.h"
 
 namespace hapticd {
 
@@ -16,7 +16,7 @@ namespace hapticd {
 struct ObjectProperty {
   const char* name;
   const char* doc;
-  nlohmann::json (*get)(const ObjectNow& object, Core& core);
+  Json (*get)(const ObjectNow& object, Core& core);
   /** Null: read-only. `where` is for errors. */
   Result<void> (*set)(Core& core, const ObjectNow& object, std::string_view value, const std::string& where);
 };
@@ -26,21 +26,21 @@ struct ObjectProperty {
 struct DeviceProperty {
   const char* name;
   const char* doc;
-  nlohmann::json (*get)(const OpenDevice& device, const DeviceNow& status, Core& core);
+  Json (*get)(const OpenDevice& device, const DeviceNow& status, Core& core);
   /** Null: read-only. `where` is for errors. */
   Result<void> (*set)(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
                       const Client& by) = nullptr;
 };
 [[nodiscard]] std::span<const DeviceProperty> deviceProperties();
 
-[[nodiscard]] nlohmann::json toJson(const Vec3& x);
-[[nodiscard]] nlohmann::json toJson(const Quat& q);  ///< w, x, y, z
-[[nodiscard]] nlohmann::json toJson(const Pose& pose);
-[[nodiscard]] nlohmann::json toJson(const hd_material& material);
-[[nodiscard]] nlohmann::json toJson(const GuardLimits& limits);
-[[nodiscard]] nlohmann::json toJson(const MeshInfo& mesh);
-[[nodiscard]] nlohmann::json toJson(const TextureInfo& texture);
+[[nodiscard]] Json toJson(const Vec3& x);
+[[nodiscard]] Json toJson(const Quat& q);  ///< w, x, y, z
+[[nodiscard]] Json toJson(const Pose& pose);
+[[nodiscard]] Json toJson(const hd_material& material);
+[[nodiscard]] Json toJson(const GuardLimits& limits);
+[[nodiscard]] Json toJson(const MeshInfo& mesh);
+[[nodiscard]] Json toJson(const TextureInfo& texture);
 /** A number; null where it is not finite, which JSON cannot say. */
-[[nodiscard]] nlohmann::json number(double x);
+[[nodiscard]] Json number(double x);
 
 }  // namespace hapticd

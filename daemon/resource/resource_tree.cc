@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "daemon/resource/properties.h"
 #include "daemon/version.h"
@@ -13,15 +12,11 @@
 namespace hapticd {
 namespace {
 
-using Json = nlohmann::json;
-
 const std::vector<std::string>& roots() {
   static const std::vector<std::string> kRoots{"objects", "_objects", "devices", "statistics", "clients",
                                                "meshes",  "textures", "config",  "world",      "volumes"};
   return kRoots;
 }
-
-std::string print(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 template <class Table>
 std::vector<std::string> namesOf(const Table& table) {
@@ -166,7 +161,7 @@ Result<std::string> ResourceTree::get(std::string_view path, const Client&) {
   }
   auto json = read(*name);
   if (!json) return json.error();
-  return print(*json);
+  return json->print();
 }
 
 Result<std::string> ResourceTree::setOfDevice(const ResourceName& name, std::string_view value, const Client& by) {
@@ -180,7 +175,7 @@ Result<std::string> ResourceTree::setOfDevice(const ResourceName& name, std::str
                  "limits and arming have commands of their own"};
   }
   if (auto r = property->set(core_, **device, value, name.upTo(2), by); !r) return refusedAt(name.upTo(2), r.error());
-  return print(property->get(**device, statusOf(**device), core_));
+  return property->get(**device, statusOf(**device), core_).print();
 }
 
 Result<std::string> ResourceTree::setOfWorld(const ResourceName& name, std::string_view value) {
@@ -189,10 +184,10 @@ Result<std::string> ResourceTree::setOfWorld(const ResourceName& name, std::stri
   auto n = parseNumbers(value, 3, name.upTo(1));
   if (!n) return n.error();
   if (auto r = core_.scene().setGravity({(*n)[0], (*n)[1], (*n)[2]}); !r) return refusedAt(name.upTo(1), r.error());
-  return print(toJson(core_.scene().gravity()));
+  return toJson(core_.scene().gravity()).print();
 }
 
-Result<nlohmann::json> ResourceTree::readWorld(const ResourceName& name) {
+Result<Json> ResourceTree::readWorld(const ResourceName& name) {
   const Json gravity = toJson(core_.scene().gravity());
   if (name.element.size() == 1) return Json{{"gravity", gravity}};
   if (name.element[1] != "gravity") return noSuchElement(name, 1, {"gravity"});
@@ -243,10 +238,10 @@ Result<std::string> ResourceTree::set(std::string_view uri, const Client& by) {
   if (auto r = property->set(core_, *now, *value, name->upTo(at)); !r) return refusedAt(name->upTo(at), r.error());
   now = core_.scene().find(object);
   if (!now) return now.error();
-  return print(property->get(*now, core_));
+  return property->get(*now, core_).print();
 }
 
-Result<nlohmann::json> ResourceTree::read(const ResourceName& name) {
+Result<Json> ResourceTree::read(const ResourceName& name) {
   if (name.element.empty()) return Json(roots());
   const std::string& root = name.element[0];
   if (root == "objects") {
@@ -270,7 +265,7 @@ Result<nlohmann::json> ResourceTree::read(const ResourceName& name) {
   return root == "clients" ? clients(core_) : Json(toToml(core_.config()));
 }
 
-Result<nlohmann::json> ResourceTree::readObject(const ResourceName& name, std::size_t at, const std::string& object) {
+Result<Json> ResourceTree::readObject(const ResourceName& name, std::size_t at, const std::string& object) {
   auto now = core_.scene().find(object);
   if (!now) return now.error();
   if (at >= name.element.size()) return describe(*now, core_);
@@ -280,7 +275,7 @@ Result<nlohmann::json> ResourceTree::readObject(const ResourceName& name, std::s
   return property->get(*now, core_);
 }
 
-Result<nlohmann::json> ResourceTree::readTree(const ResourceName& name) {
+Result<Json> ResourceTree::readTree(const ResourceName& name) {
   if (name.element.size() == 1) return branch(core_.scene(), "");
   auto walked = walk(name, 1);
   if (!walked) return walked.error();
@@ -307,7 +302,7 @@ Result<std::pair<std::string, std::size_t>> ResourceTree::walk(const ResourceNam
   return std::make_pair(object, at);
 }
 
-Result<nlohmann::json> ResourceTree::readDevices(const ResourceName& name) {
+Result<Json> ResourceTree::readDevices(const ResourceName& name) {
   if (name.element.size() == 1) {
     Json all = Json::object();
     for (const auto& device : core_.devices().devices()) all[device->name] = describe(*device, core_);
@@ -322,7 +317,7 @@ Result<nlohmann::json> ResourceTree::readDevices(const ResourceName& name) {
   return property->get(**device, statusOf(**device), core_);
 }
 
-Result<nlohmann::json> ResourceTree::readStatistics(const ResourceName& name) {
+Result<Json> ResourceTree::readStatistics(const ResourceName& name) {
   if (name.element.size() == 1) {
     Json all = Json::object();
     for (const auto& device : core_.devices().devices()) all[device->name] = statistics(*device);
@@ -334,11 +329,9 @@ Result<nlohmann::json> ResourceTree::readStatistics(const ResourceName& name) {
   return statistics(**device);
 }
 
-Result<nlohmann::json> ResourceTree::readMeshes(const ResourceName& name) { return readById(name, core_.meshes()); }
+Result<Json> ResourceTree::readMeshes(const ResourceName& name) { return readById(name, core_.meshes()); }
 
-Result<nlohmann::json> ResourceTree::readTextures(const ResourceName& name) {
-  return readById(name, core_.scene().textures());
-}
+Result<Json> ResourceTree::readTextures(const ResourceName& name) { return readById(name, core_.scene().textures()); }
 
 std::string ResourceTree::dump() {
   Json json;
@@ -354,7 +347,7 @@ std::string ResourceTree::dump() {
                     {"config_file", core_.facts().config_file},
                     {"uptime_ns", core_.now() - core_.started()},
                     {"locked_bytes", core_.lockedBytes()}};
-  return print(json);
+  return json.print();
 }
 
 }  // namespace hapticd

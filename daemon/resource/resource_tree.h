@@ -3,11 +3,11 @@
  */
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 
 #include "daemon/control/core.h"
+#include "daemon/resource/json.h"
 #include "daemon/resource/resource_name.h"
 
 namespace hapticd {
@@ -25,7 +25,6 @@ class ResourceTree {
   [[nodiscard]] std::string dump();
 
  private:
-  using Json = nlohmann::json;
   Result<Json> read(const ResourceName& name);
   Result<Json> readObject(const ResourceName& name, std::size_t at, const std::string& object);
   Result<Json> readTree(const ResourceName& name);

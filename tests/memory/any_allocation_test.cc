@@ -340,5 +340,31 @@ TEST(AnyAllocation, OfReadingEverything) {
   });
 }
 
+/** A folder of each kind, a property, a dump: their JSON must be gone without memory, too. */
+TEST(AnyAllocation, OfReadingAResource) {
+  for (const char* const path : {"/", "/objects", "/objects/an.object.with.a.long.name/pose", "/_objects", "/devices",
+                                 "/statistics", "/clients", "/config", "/world", "/nowhere"}) {
+    SCOPED_TRACE(path);
+    withoutAnyAllocation(withObject, [&](ShortDaemon& daemon) {
+      auto request = daemon.daemon.getRequest();
+      request.setPath(path);
+      const ErrorCode code = daemon.ask(request.send());
+      return code == ErrorCode::kNotFound && std::string_view(path) == "/nowhere" ? ErrorCode::kOk : code;
+    });
+  }
+}
+
+TEST(AnyAllocation, OfADump) {
+  withoutAnyAllocation(withObject, [](ShortDaemon& daemon) { return daemon.ask(daemon.daemon.dumpRequest().send()); });
+}
+
+TEST(AnyAllocation, OfWritingAResource) {
+  withoutAnyAllocation(withObject, [](ShortDaemon& daemon) {
+    auto request = daemon.daemon.setRequest();
+    request.setUri("/objects/an.object.with.a.long.name/pos?value=0,0,0.1");
+    return daemon.ask(request.send());
+  });
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -299,8 +299,9 @@ void Core::fulfil(RecordWish wish) {
   if (may_wait && !recordings_.ready(**device, client(wish.connection)))
     return record_wishes_.push_back(std::move(wish));
   auto started = record(wish.uri, wish.connection);
-  const bool waits = !started && started.error().code == ErrorCode::kAlreadyExists && device &&
-                     recordings_.ends(*(*device)->link) && may_wait;
+  const bool waits = !started && may_wait &&
+                     (started.error().code == ErrorCode::kWouldBlock ||
+                      (started.error().code == ErrorCode::kAlreadyExists && recordings_.ends(*(*device)->link)));
   if (waits) return record_wishes_.push_back(std::move(wish));
   wish.done(std::move(started));
 }

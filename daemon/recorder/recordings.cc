@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <atomic>
 #include <ctime>
 #include <iterator>
 #include <new>
@@ -46,9 +47,16 @@ std::uint64_t numberOf(int fd) {
   return ::fstat(fd, &file) == 0 ? file.st_ino : 0;
 }
 
-/** Only while its servo stands, or has none of its own. */
+/** Of a servo that runs: so far as is seen; what it has moved stays so. */
 bool hasMoved(GroupLink& link, const PublishedMesh& mesh) {
-  return mesh.deformable && link.meshes().get(mesh.entry)->deform.moves != 0;
+  return mesh.deformable &&
+         std::atomic_ref(link.meshes().get(mesh.entry)->deform.moves).load(std::memory_order_relaxed) != 0;
+}
+
+std::vector<PublishedMesh> deformedOf(GroupLink& link, const std::vector<PublishedMesh>& all) {
+  std::vector<PublishedMesh> deformed;
+  std::ranges::copy_if(all, std::back_inserter(deformed), [&](const auto& mesh) { return hasMoved(link, mesh); });
+  return deformed;
 }
 
 Error armed(const std::string& device) {
@@ -134,10 +142,8 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
     if (!shared) return shared.error();
     meshes.push_back(std::move(*shared));
   }
-  auto deformed = deformedOf(link, published);
-  if (!deformed) return deformed.error();
   // With pages for what moves change, and what they do not: neither takes time of the servo's.
-  for (const PublishedMesh& mesh : *deformed) {
+  for (const PublishedMesh& mesh : deformedOf(link, published)) {
     const auto same = std::ranges::find(meshes, mesh.entry, &Recorder::Mesh::entry);
     same->copy = copyAsBuilt(mesh, same->shared.bytes());
     same->shared = {};
@@ -157,6 +163,13 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
       }
       start.config.guard[d].limits = former.deviceGuard(d).limits();
       start.config.guard[d].heat = former.deviceGuard(d).heat();
+    }
+    std::uint64_t uncopied = 0;
+    for (std::size_t i = 0; i < published.size(); ++i)
+      uncopied += meshes[i].shared && hasMoved(link, published[i]) ? published[i].bytes.size() : 0;
+    if (uncopied >= kLarge_bytes) {  // The servo would stand too long.
+      outcome = Error{ErrorCode::kWouldBlock, device.name, "meshes are being deformed for the first time", "try again"};
+      return;
     }
     for (std::size_t i = 0; i < published.size(); ++i) {
       if (!hasMoved(link, published[i])) continue;
@@ -193,17 +206,6 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
   return started;
 }
 
-Result<std::vector<PublishedMesh>> Recordings::deformedOf(GroupLink& link, const std::vector<PublishedMesh>& all) {
-  std::vector<PublishedMesh> deformed;
-  deformed.reserve(all.size());
-  if (std::ranges::none_of(all, &PublishedMesh::deformable)) return deformed;
-  const auto look = [&](Servo&) {
-    std::ranges::copy_if(all, std::back_inserter(deformed), [&](const auto& mesh) { return hasMoved(link, mesh); });
-  };
-  if (auto r = link.group().betweenCycles(look); !r) return r.error();
-  return deformed;
-}
-
 std::vector<std::byte> Recordings::copyAsBuilt(const PublishedMesh& mesh, std::span<const std::byte> bytes) {
   const auto made = made_.find(numberOf(mesh.fd));
   if (made != made_.end() && made->second.size() == bytes.size()) return std::move(made->second);
@@ -213,14 +215,14 @@ std::vector<std::byte> Recordings::copyAsBuilt(const PublishedMesh& mesh, std::s
 bool Recordings::ready(OpenDevice& device, const Client& by) {
   GroupLink& link = *device.link;
   if (!mayRecord(device, by)) return true;  // start() says so.
-  const std::vector<PublishedMesh> published = meshes_.published(link);
-  if (std::ranges::none_of(published, &PublishedMesh::deformable)) return true;
-  if (copies_for_ != nullptr) return copies_for_ == &link && copied_ns_ != 0;
-  const auto deformed = deformedOf(link, published);
-  if (!deformed) return true;
+  const std::vector<PublishedMesh> deformed = deformedOf(link, meshes_.published(link));
+  if (deformed.empty()) return true;
+  if (copies_for_ != nullptr && (copies_for_ != &link || copied_ns_ == 0)) return false;
+  if (copies_failed_) return true;
   std::uint64_t bytes = 0;
   std::vector<UniqueFd> files;
-  for (const PublishedMesh& mesh : *deformed) {
+  for (const PublishedMesh& mesh : deformed) {
+    if (made_.contains(numberOf(mesh.fd))) continue;  // Others may have been moved since.
     auto file = duplicate(mesh.fd);
     if (!file) return true;
     bytes += mesh.bytes.size();
@@ -243,15 +245,18 @@ bool Recordings::ready(OpenDevice& device, const Client& by) {
       },
       [this](Result<Copies> made) {
         copied_ns_ = clock_.now();
-        if (made) made_ = std::move(*made);  // Else start() makes them.
+        copies_failed_ = !made;  // Then start() makes them.
+        if (made) made_.merge(*made);
       });
   copies_for_ = &link;
+  copied_ns_ = 0;
   return false;
 }
 
 void Recordings::forgetCopies() {
   copies_for_ = nullptr;
   copied_ns_ = 0;
+  copies_failed_ = false;
   if (!made_.empty()) (void)copies_.letGo(std::exchange(made_, {}), [] {});
 }
 

@@ -37,7 +37,7 @@ class Recordings {
   /**
    * Begins to record the device's group. kPermissionDenied while another user has a session there: a recording holds
    * what every client sends. kAlreadyExists: one a group. kInvalidArgument while a device is armed: the group's cycle
-   * starts anew.
+   * starts anew. kWouldBlock where much is deformed for the first time in this instant.
    */
   [[nodiscard]] Result<Started> start(OpenDevice& device, const Client& by, const DeviceManager& devices);
   /**
@@ -86,9 +86,6 @@ class Recordings {
   /** All is written, and the servo has let go: only its client's handle is still there. */
   [[nodiscard]] static bool isOver(const Recording& recording);
   void published(CommandSink& sink, const PublishedMesh& mesh);
-  /** Which of them have been deformed, once their servo stands. */
-  [[nodiscard]] static Result<std::vector<PublishedMesh>> deformedOf(GroupLink& link,
-                                                                     const std::vector<PublishedMesh>& all);
   /** Of the mesh as it was built; one that is ready, else made now. */
   [[nodiscard]] std::vector<std::byte> copyAsBuilt(const PublishedMesh& mesh, std::span<const std::byte> bytes);
   void forgetCopies();
@@ -107,6 +104,7 @@ class Recordings {
   using Copies = std::map<std::uint64_t, std::vector<std::byte>>;
   const GroupLink* copies_for_ = nullptr;  ///< Whose copies are made, or ready.
   std::int64_t copied_ns_ = 0;             ///< Since when they are ready; 0: they are not.
+  bool copies_failed_ = false;             ///< For want of something.
   Copies made_;
   Aside copies_;  // last: its thread ends first
 };

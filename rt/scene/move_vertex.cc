@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "rt/scene/mesh_view.h"
@@ -13,8 +14,8 @@ ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3], 
   for (const float x : p)
     if (!(std::fabs(x) <= HD_MAX_COORDINATE)) return ErrorCode::kInvalidArgument;
   const std::uint32_t v = d.source_vertex[vertex];
-  if (v == HD_NO_INDEX) return ErrorCode::kOk;  // of no triangle: nothing to move
-  ++d.moves;
+  if (v == HD_NO_INDEX) return ErrorCode::kOk;                             // of no triangle: nothing to move
+  std::atomic_ref(d.moves).store(d.moves + 1, std::memory_order_relaxed);  // A recording that begins looks at it.
   std::copy_n(p, 3, d.vertices[v]);
   for (std::uint32_t i = d.vertex_first[v]; i < d.vertex_first[v + 1]; ++i) {
     const std::uint32_t t = d.vertex_triangles[i];

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -46,6 +47,7 @@ class PoseTrack {
   [[nodiscard]] PoseOnTrack at(double t_s, bool loop) const HD_RT;
   [[nodiscard]] double duration() const HD_RT { return rows_.back().t_s; }
   [[nodiscard]] const std::vector<PoseRow>& rows() const noexcept { return rows_; }
+  [[nodiscard]] std::size_t bytes() const noexcept { return rows_.size() * sizeof(PoseRow); }
   /** Whether any row turns, grips or presses. */
   [[nodiscard]] bool hasRotation() const noexcept { return has_rotation_; }
   [[nodiscard]] bool hasGripper() const noexcept { return has_gripper_; }

@@ -8,12 +8,20 @@
 #include <new>
 
 #include "daemon/log/log.h"
+#include "drivers/link/holds_memory.h"
 #include "drivers/named_file.h"
 #include "drivers/registry.h"
 #include "rt/cycle/realtime.h"
 
 namespace hapticd {
 namespace {
+
+constexpr std::size_t kMostWhere = 200;  ///< Bytes of a URI in an error.
+
+std::uint64_t heldBytes(const Device& device) {
+  const auto* const holds = dynamic_cast<const HoldsMemory*>(&device);
+  return holds == nullptr ? 0 : holds->heldBytes();
+}
 
 /** Whoever may do himself what the daemon may. */
 bool mayItself(const Client& by) { return by.administration || by.uid == 0 || by.uid == ::geteuid(); }
@@ -216,9 +224,10 @@ Result<OpenDevice*> Core::openDevice(std::string_view uri) {
   return device;
 }
 
-Result<OpenDevice*> Core::openNow(std::string_view uri, const std::string& within) {
+Result<OpenDevice*> Core::openNow(std::string_view uri, const std::string& within,
+                                  const DeviceManager::Admission& admission) {
   const std::size_t before = devices_.devices().size();
-  auto device = devices_.open(uri, within);
+  auto device = devices_.open(uri, within, admission);
   if (!device) return device;
   for (std::size_t i = before; i < devices_.devices().size(); ++i) {
     publish(EventKind::kDeviceAdded, devices_.devices()[i]->name, devices_.devices()[i]->info().uri);
@@ -261,7 +270,7 @@ Result<std::string> Core::mayOpen(std::string_view text, std::uint64_t connectio
 Result<OpenDevice*> Core::openDevice(std::string_view text, std::uint64_t connection) {
   const auto within = mayOpen(text, connection);
   if (!within) return within.error();
-  auto device = openNow(text, within.value());
+  auto device = openNow(text, within.value(), admissionFor(client(connection)));
   if (device) noteAsker(**device, client(connection));
   return device;
 }
@@ -275,7 +284,28 @@ void Core::openDevice(std::string_view text, std::uint64_t connection, DeviceMan
         if (device) noteAsker(*device.value(), by);
         done(device);
       },
-      within.value());
+      within.value(), admissionFor(client(connection)));
+}
+
+/** What a device holds counts for whoever asks for it, until he has left; for the administrator's nobody is charged. */
+DeviceManager::Admission Core::admissionFor(const Client& by) const {
+  if (by.administration) return {};
+  return [this, uid = by.uid](const Device& device) -> Result<void> {
+    const std::uint64_t bytes = heldBytes(device);
+    const auto may = bytes == 0 ? Result<void>() : checkQuota(uid, bytes, 0);
+    if (may) return {};
+    return Error{may.error().code, device.info().uri.substr(0, kMostWhere), "its recorded motion: " + may.error().what,
+                 "thin the file out, drop meshes or close devices, or raise quotas.memory_mb in the configuration"};
+  };
+}
+
+std::uint64_t Core::heldBytesOf(std::uint32_t uid) const {
+  std::uint64_t sum = 0;
+  for (const auto& device : devices_.devices()) {
+    const bool charged = device->asked_for && !device->kept && !device->askers.empty();
+    if (charged && client(device->askers.front()).uid == uid) sum += heldBytes(device->device());
+  }
+  return sum;
 }
 
 Result<Recordings::Started> Core::record(std::string_view uri, std::uint64_t connection) {
@@ -326,11 +356,13 @@ Result<void> Core::checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint6
 
 std::uint64_t Core::bytesOf(std::uint32_t uid) const {
   return sessions_.bytesOf(uid) + meshes_.bytesOf(uid) + scene_.textures().bytesOf(uid) + uploads_.bytesOf(uid) +
-         recordings_.bytesOf(uid);
+         recordings_.bytesOf(uid) + heldBytesOf(uid);
 }
 
 std::uint64_t Core::lockedBytes() const {
-  return sessions_.bytes() + meshes_.lockedBytes() + scene_.textures().lockedBytes() +
+  std::uint64_t held = 0;
+  for (const auto& device : devices_.devices()) held += heldBytes(device->device());
+  return held + sessions_.bytes() + meshes_.lockedBytes() + scene_.textures().lockedBytes() +
          recordings_.size() * sizeof(CycleLog) + devices_.links().size() * GroupLink::monitorBytes();
 }
 

@@ -248,7 +248,10 @@ class Core {
   [[nodiscard]] Result<void> mayBeSetUp(const OpenDevice& device, const std::string& where, const Client& by);
   /** Whether that client may have a device of that URI opened. */
   [[nodiscard]] Result<std::string> mayOpen(std::string_view uri, std::uint64_t connection);
-  [[nodiscard]] Result<OpenDevice*> openNow(std::string_view uri, const std::string& within = {});
+  [[nodiscard]] Result<OpenDevice*> openNow(std::string_view uri, const std::string& within = {},
+                                            const DeviceManager::Admission& admission = {});
+  [[nodiscard]] DeviceManager::Admission admissionFor(const Client& by) const;
+  [[nodiscard]] std::uint64_t heldBytesOf(std::uint32_t uid) const;
   void noteAsker(OpenDevice& device, const Client& by) const;
   [[nodiscard]] bool mayClose(const OpenDevice& device, std::uint64_t connection) const;
   [[nodiscard]] bool unused(const OpenDevice& device) const;
@@ -293,10 +296,10 @@ class Core {
   void forgetDisarmed(const std::string& name);
   void drain(GroupLink& link);
   void translate(GroupLink& link, const ServoEvent& event);
+  void tellMissed(const GroupLink& link);
   void refusedByServo(const std::string& device, const ServoEvent& event, Session* session);
   /** Tells subscribers that something which a client has pushed was refused. */
   void tellRefused(const Session& session, ErrorCode code, const std::string& what, const std::string& object);
-  void tellMissed(const GroupLink& link);
 
   CoreOptions options_;
   Clock& clock_;
@@ -324,10 +327,10 @@ class Core {
   struct Missed {
     log::RateLimit told{1'000'000'000, 5};
     std::uint64_t periods = 0;
+    ServoEvent last{};
   };
   std::map<const GroupLink*, Missed> missed_;
   log::RateLimit refused_log_{1'000'000'000, 5};
-    ServoEvent last{};
   log::RateLimit overrun_log_{10'000'000'000, 1};
   log::RateLimit stopped_log_{1'000'000'000, 2 * kMaxGroups* kMaxDevices};  ///< All at once, twice.
   log::RateLimit bypassed_log_{1'000'000'000, 5};

@@ -93,13 +93,17 @@ Result<std::vector<std::unique_ptr<Device>>> DeviceManager::makeGroup(const Grou
   return made;
 }
 
-Result<void> DeviceManager::openGroup(const GroupConfig& group) { return openGroup(group, std::string()); }
+Result<void> DeviceManager::openGroup(const GroupConfig& group) { return openGroup(group, std::string(), Admission()); }
 
-Result<void> DeviceManager::openGroup(const GroupConfig& group, const std::string& within) {
+Result<void> DeviceManager::openGroup(const GroupConfig& group, const std::string& within, const Admission& admission) {
   auto made = makeGroup(group, fmt::format("group '{}'", group.name), within);
   if (!made) return made.error();
   for (auto it = made->begin(); it != made->end(); ++it) {
     auto r = (*it)->open();
+    if (r && admission) {
+      r = admission(**it);
+      if (!r) (*it)->close();
+    }
     if (r) continue;
     while (it != made->begin()) (*--it)->close();
     return r;
@@ -123,7 +127,7 @@ void DeviceManager::openGroup(const GroupConfig& group, GroupDone done, Turn tur
 }
 
 void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done,
-                          Turn turn) {
+                          Turn turn, Admission admission) {
   std::list<GroupOpening> one(1);
   std::list<Opening> rows;
   GroupOpening& opening = one.front();
@@ -131,6 +135,7 @@ void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<
   opening.closed = std::move(made);
   opening.done = std::move(done);
   opening.turn = std::move(turn);
+  opening.admission = std::move(admission);
   for (std::size_t i = 0; i < opening.closed.size(); ++i) {
     opening.canonical.push_back(opening.closed[i]->info().uri);
     rows.push_back({opening.canonical.back(), {group.devices[i]}, {}});
@@ -195,7 +200,11 @@ void DeviceManager::finish(GroupOpening& opening) {
   Result<void> result;
   std::list<Opening> rows;
   try {
-    result = opening.devices ? adopt(opening.group, opening.open) : std::move(opening.devices);
+    result = std::move(opening.devices);
+    for (const auto& device : opening.open) {
+      if (result && opening.admission) result = opening.admission(*device);
+    }
+    if (result) result = adopt(opening.group, opening.open);
   } catch (const std::bad_alloc&) {
     result = Aside::noMemory();
   }
@@ -260,6 +269,7 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
   links_.reserve(links_.size() + 1);
   auto link = GroupLink::start(group.name, group_options, std::move(opened), clock_);
   if (!link) return link.error();
+  (*link)->setGiver(giver_);
   try {
     if (auto told = show(**link); !told) {
       (void)letGo(**link);
@@ -269,7 +279,6 @@ Result<void> DeviceManager::adopt(const GroupConfig& group, std::vector<std::uni
   } catch (const std::bad_alloc&) {
     (void)letGo(**link);
     throw;
-  (*link)->setGiver(giver_);
   }
   for (auto& row : rows) devices_.push_back(std::move(row));
   links_.push_back(std::move(*link));
@@ -304,14 +313,14 @@ void DeviceManager::tellStart(OpenDevice& device, GroupLink& link) const {
     log::warn("device {}: the thread that speaks with it may be late: {}", device.name, io->schedulingNote());
 }
 
-Result<OpenDevice*> DeviceManager::open(std::string_view uri, const std::string& within) {
+Result<OpenDevice*> DeviceManager::open(std::string_view uri, const std::string& within, const Admission& admission) {
   if (uri.empty() && !devices_.empty()) return devices_.front().get();
   if (OpenDevice* device = lookUp(uri)) return device;
   auto probe = make_(uri, within);
   if (!probe) return probe.error();
   if (OpenDevice* device = lookUp((*probe)->info().uri)) return device;
   probe->reset();
-  if (auto r = openGroup(groupOf(uri), within); !r) return r.error();
+  if (auto r = openGroup(groupOf(uri), within, admission); !r) return r.error();
   devices_.back()->asked_for = true;
   return devices_.back().get();
 }
@@ -329,7 +338,7 @@ GroupConfig DeviceManager::groupOf(std::string_view uri) {
   return group;
 }
 
-void DeviceManager::open(std::string_view uri, Done done, const std::string& within) {
+void DeviceManager::open(std::string_view uri, Done done, const std::string& within, Admission admission) {
   if (uri.empty() && !devices_.empty()) return done(devices_.front().get());
   if (OpenDevice* device = lookUp(uri)) return done(device);
   std::unique_ptr<Device> made;
@@ -366,12 +375,13 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
   }
   std::vector<std::unique_ptr<Device>> one;
   one.push_back(std::move(made));
-  begin(groupOf(uri), std::move(one), [this, canonical, done = std::move(done)](const Result<void>& opened) {
+  const auto told = [this, canonical, done = std::move(done)](const Result<void>& opened) {
     if (!opened) return done(opened.error());
     OpenDevice* const device = lookUp(canonical);
     device->asked_for = true;
     done(device);
-  });
+  };
+  begin(groupOf(uri), std::move(one), told, {}, std::move(admission));
 }
 
 /** Whether that device is being opened: then `done` waits for it. */

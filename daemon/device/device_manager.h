@@ -150,17 +150,20 @@ class DeviceManager {
   void openGroup(const GroupConfig& group, GroupDone done, Turn turn = {});
   /** For `done`: which device of the group did not open, as the group names it; empty: it was not one of them. */
   [[nodiscard]] const std::string& culprit() const { return culprit_; }
+  /** Whether a device that has opened may be had by whoever asked for it; else it is closed again, and has no servo. */
+  using Admission = std::function<Result<void>(const Device&)>;
   /**
    * By URI, serial or name. What is open is answered as it is; else it becomes a group of its own. Waits for it. With
    * `within`, motions that it names must lie in that folder.
    */
-  [[nodiscard]] Result<OpenDevice*> open(std::string_view uri, const std::string& within = {});
+  [[nodiscard]] Result<OpenDevice*> open(std::string_view uri, const std::string& within = {},
+                                         const Admission& admission = {});
   /**
    * The same without waiting: `done` is called now if there is nothing to wait for, else once by a later poll(). Who
    * asks meanwhile for a device that is being opened waits for the same, kMostWaiting at most.
    */
   using Done = std::function<void(Result<OpenDevice*>)>;
-  void open(std::string_view uri, Done done, const std::string& within = {});
+  void open(std::string_view uri, Done done, const std::string& within = {}, Admission admission = {});
   static constexpr std::size_t kMostWaiting = 256;  ///< As many as there are connections; more are refused at once.
   void poll();
   /** Devices that are being opened. */
@@ -219,6 +222,7 @@ class DeviceManager {
     std::vector<std::string> canonical;
     GroupDone done;
     Turn turn;
+    Admission admission;
     bool ended = false;    ///< All are open, or one has failed.
     Result<void> devices;  ///< How.
     std::string culprit;   ///< Which has failed.
@@ -226,8 +230,9 @@ class DeviceManager {
   [[nodiscard]] Result<std::vector<std::unique_ptr<Device>>> makeGroup(const GroupConfig& group,
                                                                        const std::string& where,
                                                                        const std::string& within = {});
-  [[nodiscard]] Result<void> openGroup(const GroupConfig& group, const std::string& within);
-  void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done, Turn turn = {});
+  [[nodiscard]] Result<void> openGroup(const GroupConfig& group, const std::string& within, const Admission& admission);
+  void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done, Turn turn = {},
+             Admission admission = {});
   void openNext(GroupOpening& opening);
   [[nodiscard]] bool readyFor(const GroupOpening& opening);
   void finish(GroupOpening& opening);
@@ -257,12 +262,12 @@ class DeviceManager {
   Advice advice_;
   std::function<void(OpenDevice&)> on_opened_;
   SafetyLines* lines_ = nullptr;
+  std::uint64_t giver_ = 0;  // before links_, which look at it
   std::vector<std::unique_ptr<GroupLink>> links_;
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;
   std::list<Opening> opening_;
   void look();
-  std::uint64_t giver_ = 0;  // before links_, which look at it
   [[nodiscard]] bool hasLooked(std::int64_t most_ns);
   void tellFound(const Result<std::vector<DeviceFound>>& found);
 

@@ -39,8 +39,7 @@ Result<void> ReplayDevice::open() {
   if (!track) return track.error();
   track_ = std::move(*track);
   describe(*track_, setup_.parameters, setup_.info);
-  const std::vector<PoseRow>& rows = track_->rows();
-  keepResident(rows.data(), rows.size() * sizeof(PoseRow));
+  keepResident(track_->rows().data(), track_->bytes());
   return {};
 }
 

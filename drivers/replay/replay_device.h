@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "drivers/link/holds_memory.h"
 #include "drivers/link/slow_to_open.h"
 #include "drivers/parameters.h"
 #include "drivers/pose_file.h"
@@ -43,7 +44,7 @@ struct ReplaySetup {
  *
  * read and write are real-time safe.
  */
-class ReplayDevice final : public Device, public SlowToOpen {
+class ReplayDevice final : public Device, public SlowToOpen, public HoldsMemory {
  public:
   explicit ReplayDevice(ReplaySetup setup) : setup_(std::move(setup)) {}
 
@@ -51,6 +52,7 @@ class ReplayDevice final : public Device, public SlowToOpen {
   [[nodiscard]] Result<void> open() override;
   void giveUp() noexcept override { given_up_.store(true, std::memory_order_relaxed); }
   void close() noexcept override { track_ = nullptr; }
+  [[nodiscard]] std::size_t heldBytes() const noexcept override { return track_ == nullptr ? 0 : track_->bytes(); }
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override;
   void write(std::int64_t, const DeviceCommand&) HD_RT override {}
   void safe() noexcept override {}

@@ -62,7 +62,8 @@ Result<void> SimDevice::open() {
   if (setup_.file.valid()) {
     auto track = setup_.file.read(given_up_);
     if (!track) return track.error();
-    keepResident((*track)->rows().data(), (*track)->rows().size() * sizeof(PoseRow));
+    keepResident((*track)->rows().data(), (*track)->bytes());
+    held_bytes_ = (*track)->bytes();
     play(std::move(*track));
   }
   const PoseOnTrack start = motion_.at(0);
@@ -91,6 +92,7 @@ void SimDevice::play(std::shared_ptr<const PoseTrack> track) {
 void SimDevice::close() noexcept {
   safe();
   if (setup_.file.valid()) play(nullptr);
+  held_bytes_ = 0;
 }
 
 void SimDevice::safe() noexcept { safe_.store(true, std::memory_order_release); }  // Pairs with advanceTo.

@@ -5,8 +5,10 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 
+#include "drivers/link/holds_memory.h"
 #include "drivers/link/slow_to_open.h"
 #include "drivers/sim/body.h"
 #include "drivers/sim/motion.h"
@@ -26,7 +28,7 @@ namespace hapticd {
  *
  * read, write and setIntent are real-time safe and called by one thread; safe() by any.
  */
-class SimDevice final : public Device, public SlowToOpen {
+class SimDevice final : public Device, public SlowToOpen, public HoldsMemory {
  public:
   static constexpr double kMaxSubStep_s = 62.5e-6;
   static constexpr double kMaxCatchUp_s = 0.02;
@@ -38,6 +40,7 @@ class SimDevice final : public Device, public SlowToOpen {
   [[nodiscard]] Result<void> open() override;
   void giveUp() noexcept override { given_up_.store(true, std::memory_order_relaxed); }
   void close() noexcept override;
+  [[nodiscard]] std::size_t heldBytes() const noexcept override { return held_bytes_; }
   void read(std::int64_t now_ns, DeviceSample& sample) HD_RT override;
   void write(std::int64_t now_ns, const DeviceCommand& command) HD_RT override;
   void setIntent(const DeviceIntent& intent) HD_RT override { motion_.setLive(intent); }
@@ -72,6 +75,7 @@ class SimDevice final : public Device, public SlowToOpen {
   PointBody point_, gripper_;
   RotatingBody rotating_;
   IntendedMotion motion_;
+  std::size_t held_bytes_ = 0;  ///< Of a recorded motion.
 
   bool started_ = false;
   std::int64_t offset_ = 0;  ///< Period on the axis of now_ns minus simulated period.

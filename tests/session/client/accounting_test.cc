@@ -2,11 +2,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <future>
 #include <optional>
 
 #include "daemon/builder/build.h"
+#include "drivers/link/holds_memory.h"
 #include "tests/session/bench.h"
+#include "tests/session/still_device.h"
 #include "tests/support/shape/texture_upload.h"
 #include "tests/unit/builder/meshes.h"
 
@@ -126,6 +129,76 @@ TEST_F(Accounting, AGroupsMonitorIsLocked) {
   const std::uint64_t before = bench.core.lockedBytes();
   ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3", bench.connection).ok());
   EXPECT_EQ(bench.core.lockedBytes() - before, GroupLink::monitorBytes());
+}
+
+/** As one with a recorded motion. */
+class HoldingDevice final : public StillDevice, public HoldsMemory {
+ public:
+  HoldingDevice(std::string uri, std::size_t bytes, std::shared_ptr<std::atomic<int>> open)
+      : StillDevice("holding", std::move(uri)), bytes_(bytes), open_(std::move(open)) {}
+  Result<void> open() override {
+    ++*open_;
+    return {};
+  }
+  void giveUp() noexcept override {}
+  void close() noexcept override { --*open_; }
+  [[nodiscard]] std::size_t heldBytes() const noexcept override { return bytes_; }
+
+ private:
+  std::size_t bytes_;
+  std::shared_ptr<std::atomic<int>> open_;
+};
+
+/** Whether it is waited for or not; who may not have it has none open, and hears what to do. */
+TEST_F(Accounting, ARecordedMotionCountsForWhoeverHasAskedForIt) {
+  const auto open = std::make_shared<std::atomic<int>>(0);
+  std::size_t holds = 0;
+  bench.core.devices().setFactory([&](std::string_view uri) -> Result<std::unique_ptr<Device>> {
+    return std::unique_ptr<Device>(std::make_unique<HoldingDevice>(std::string(uri), holds, open));
+  });
+  const auto ask = [&](const char* uri, std::uint64_t by, bool waits) -> Result<void> {
+    if (waits) {
+      const auto device = bench.core.openDevice(uri, by);
+      return device ? Result<void>() : device.error();
+    }
+    std::optional<Result<void>> answer;
+    bench.core.openDevice(
+        uri, by, [&](const Result<OpenDevice*>& device) { answer = device ? Result<void>() : device.error(); });
+    while (!answer) bench.step();
+    return *answer;
+  };
+  const std::uint64_t others = bench.core.client(other).uid;
+  for (const bool waits : {true, false}) {
+    SCOPED_TRACE(waits);
+    holds = kMost + 1;
+    const auto refused = ask("sim://default?mass=0.1", bench.connection, waits);
+    ASSERT_EQ(refused.error().code, ErrorCode::kQuotaExceeded);
+    EXPECT_NE(refused.error().remedy.find("thin the file out"), std::string::npos) << refused.error().remedy;
+    EXPECT_EQ(*open, 0);
+    EXPECT_EQ(bench.core.devices().devices().size(), 1u);
+    holds = kMost;
+    const std::uint64_t locked = bench.core.lockedBytes();
+    ASSERT_TRUE(ask("sim://default?mass=0.2", bench.connection, waits).ok());
+    EXPECT_EQ(bytes(), holds);
+    EXPECT_EQ(bench.core.lockedBytes() - locked, holds + GroupLink::monitorBytes());
+    EXPECT_EQ(check(1), ErrorCode::kQuotaExceeded);
+    EXPECT_EQ(ask("sim://default?mass=0.3", bench.connection, waits).error().code, ErrorCode::kQuotaExceeded);
+    ASSERT_TRUE(ask("sim://default?mass=0.2", other, waits).ok());
+    EXPECT_EQ(bench.core.bytesOf(others), 0u) << "it is there once";
+    ASSERT_TRUE(bench.core.closeDevice("sim://default?mass=0.2", bench.administration).ok());
+    EXPECT_EQ(bytes(), 0u);
+    EXPECT_EQ(bench.core.lockedBytes(), locked);
+    EXPECT_EQ(*open, 0);
+    holds = kMost + 1;
+    ASSERT_TRUE(ask("sim://default?mass=0.4", bench.administration, waits).ok()) << "his own choice";
+    EXPECT_EQ(bench.core.bytesOf(0), 0u);
+    ASSERT_TRUE(bench.core.closeDevice("sim://default?mass=0.4", bench.administration).ok());
+  }
+  holds = kMost;
+  ASSERT_TRUE(ask("sim://default?mass=0.5", bench.connection, true).ok());
+  ASSERT_TRUE(ask("sim://default?mass=0.5", other, true).ok());
+  bench.core.disconnect(bench.connection);
+  EXPECT_EQ(bench.core.bytesOf(others), holds) << "who stays has it from then on";
 }
 
 /** Servos read one copy of a relief, and each its own of a mesh that can be deformed: all of them must fit. */

@@ -108,6 +108,15 @@ TEST_F(Replay, RowsAreThereWhileItIsOpen) {
       device->close();
     }
   }
+  for (const std::string& uri : {"replay://" + path, fmt::format("sim://touch?motion=csv&file={}", path)}) {
+    auto device = std::move(*makeDevice(uri));
+    const auto& holds = dynamic_cast<const HoldsMemory&>(*device);
+    EXPECT_EQ(holds.heldBytes(), 0u);
+    ASSERT_TRUE(device->open().ok());
+    EXPECT_EQ(holds.heldBytes(), 2 * sizeof(PoseRow)) << uri;
+    device->close();
+    EXPECT_EQ(holds.heldBytes(), 0u) << uri;
+  }
   ReplayDevice played(*resolveReplay(*parseDeviceUri("replay://" + path)));
   DeviceSample sample;
   played.read(1, sample);

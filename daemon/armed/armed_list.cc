@@ -202,6 +202,8 @@ Result<void> ArmedList::add(const std::string& uri) {
   const std::string line = uri + '\n';
   const long at = roomFor(line.size());
   if (static_cast<std::size_t>(at) + line.size() > kMostBytes) return tooLong(path_);
+  text_.reserve(
+      std::max(text_.size(), static_cast<std::size_t>(at) + line.size()));  // Once it stands there, it is known.
   const auto it = places_.emplace(uri, at).first;
   if (!writeAt(at, line)) {
     const int why = errno;

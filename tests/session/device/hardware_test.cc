@@ -90,6 +90,23 @@ TEST(Hardware, IsLookedForAside) {
   EXPECT_EQ(looks, 2);
 }
 
+/** A bus that stands does not hold the end of the daemon up; who is told of a look that has ended, is. */
+TEST(Hardware, IsLookedForNoLongerThanTheDaemonWaitsAtItsEnd) {
+  std::promise<void> go;
+  Bench bench;
+  bench.core.devices().setFinder([wait = go.get_future().share()] {
+    wait.wait();
+    return std::vector<DeviceFound>();
+  });
+  int told = 0;
+  bench.core.devices().found([&](const Result<std::vector<DeviceInfo>>&) { ++told; });
+  EXPECT_EQ(bench.core.closeAll(), std::vector<std::string>{"the look for devices"});
+  EXPECT_EQ(told, 0);
+  go.set_value();
+  EXPECT_TRUE(eventually([&] { return bench.core.closeAll().empty(); }));
+  EXPECT_EQ(told, 1);
+}
+
 /** Opening it writes to a line that the client might not write to itself, whatever hangs on that. */
 TEST(Hardware, SoIsTheSerialLineThatItHangsOn) {
   Bench bench;

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -17,6 +20,20 @@ void printText(std::string_view text, std::string& out) {
   } else {
     out += nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
+}
+
+/** The fewest digits that are read back as it is, as nlohmann::json sets them out. */
+void printReal(double x, std::string& out) {
+  if (!std::isfinite(x)) {
+    out += "null";
+    return;
+  }
+  const bool fixed = x == 0 || (std::fabs(x) >= 1e-4 && std::fabs(x) < 1e15);
+  std::array<char, 32> text;
+  const auto [end, error] =
+      std::to_chars(text.begin(), text.end(), x, fixed ? std::chars_format::fixed : std::chars_format::scientific);
+  out.append(text.begin(), end);
+  if (fixed && std::find(text.begin(), end, '.') == end) out += ".0";
 }
 
 }  // namespace
@@ -83,7 +100,7 @@ void Json::printTo(std::string& out) const {
   } else if (const auto* const text = std::get_if<std::string>(&value_)) {
     printText(*text, out);
   } else if (const auto* const real = std::get_if<double>(&value_)) {
-    out += nlohmann::json(*real).dump();
+    printReal(*real, out);
   } else if (const auto* const yes = std::get_if<bool>(&value_)) {
     out += *yes ? "true" : "false";
   } else if (const auto* const whole = std::get_if<std::int64_t>(&value_)) {

@@ -64,6 +64,12 @@ TEST(Json, PrintsAsNlohmannDoes) {
   for (std::size_t i = 0; i < ours.size(); ++i) EXPECT_EQ(printed(ours[i]), printed(theirs[i])) << i;
 }
 
+TEST(Json, SetsNumbersOutAsNlohmannDoes) {
+  for (const double x : {0.0, -0.0, 1.0, -2.5, 0.1, 1e-4, 0.00012, 9.9e-5, 1e-5, 123456.0, 1e14, 999999999999999.0,
+                         1e15, 1.5e20, -1e100, 5e-324, 1.7976931348623157e308, 1.0 / 3})
+    EXPECT_EQ(printed(Json(x)), printed(nlohmann::json(x)));
+}
+
 TEST(Json, SaysEveryNumberSoThatItIsReadBack) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 20'000; ++i) {

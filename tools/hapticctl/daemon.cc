@@ -23,7 +23,6 @@ Failure failure(int code, const haptic_error& error) {
   out.where = error.where;
   out.what = error.what[0] != '\0' ? error.what : haptic_error_text(code);
   out.remedy = error.remedy;
-  if (out.where == "name" && out.code == "NOT_FOUND") out.where.clear();  // A parameter's; what is not there is told.
   // The library's remedy is a programmer's.
   if (code == HAPTIC_DISCONNECTED && (out.remedy.empty() || out.remedy.starts_with("call haptic_reconnect()"))) {
     out.where.clear();

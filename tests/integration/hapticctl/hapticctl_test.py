@@ -186,6 +186,7 @@ class WithDaemon(Case):
             said = self.run_ctl(*command, exit_code=1).stderr
             for words in expected:
                 self.assertIn(words, said, command)
+        self.assertEqual(json.loads(self.run_ctl("--json", "remove", "crat", exit_code=1).stderr)["error"]["where"], "name")
         self.assertIn("make its folder first", self.run_ctl("record", "/nowhere/x.hrec", exit_code=5).stderr)
         self.run_ctl("remove", "word", "crate")
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tools/hapticctl/failure.h"
 #include "tools/options/help.h"
 
 namespace hapticctl {
@@ -18,6 +19,22 @@ TEST(Printable, LeavesNothingThatSteersATerminal) {
                       "e"),
             "Gr\xc3\xbc\xc3\x9f"
             "e");
+}
+
+/** The name of a parameter says nothing to who reads a sentence; a program looks for it. */
+TEST(Report, OfWhatIsMissingTellsAProgramWhichParameter) {
+  const auto told = [](const Failure& failure, bool json) {
+    testing::internal::CaptureStderr();
+    report(failure, json);
+    return testing::internal::GetCapturedStderr();
+  };
+  const Failure missing{kExitRefused, "name", "there is no object 'x'", {}, "NOT_FOUND"};
+  EXPECT_EQ(told(missing, false), "hapticctl: there is no object 'x'\n");
+  EXPECT_EQ(told(missing, true),
+            R"({"error":{"code":"NOT_FOUND","where":"name","what":"there is no object 'x'","remedy":""}})"
+            "\n");
+  const Failure denied{kExitRefused, "name", "'x' belongs to user 7", {}, "PERMISSION_DENIED"};
+  EXPECT_EQ(told(denied, false), "hapticctl: name: 'x' belongs to user 7\n");
 }
 
 TEST(Help, GoesOnBelowItsDescriptionWhereALineIsFull) {

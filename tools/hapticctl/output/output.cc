@@ -118,7 +118,8 @@ void report(const Failure& failure, bool json) {
     return;
   }
   std::string text = "hapticctl: ";
-  if (!failure.where.empty()) text += failure.where + ": ";
+  const bool told = failure.where == "name" && failure.code == "NOT_FOUND";  // A parameter's; the rest says of what.
+  if (!failure.where.empty() && !told) text += failure.where + ": ";
   if (failure.where.empty() && failure.exit == kExitFile) text += "'': ";  // An empty name, as of an unset variable.
   text += failure.what;
   if (!failure.remedy.empty()) {

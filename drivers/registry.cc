@@ -68,18 +68,6 @@ Result<const Driver*> driverOf(const DeviceUri& uri) {
                schemeMeant(uri.scheme) + fmt::format("there are {}", listForms())};
 }
 
-Result<std::unique_ptr<Device>> makeBySerial(std::string_view serial) {
-  std::vector<std::string> known;
-  for (const DeviceFound& found : findDevices()) {
-    if (found.info.serial == serial) return makeDevice(found.info.uri);
-    known.push_back(fmt::format("{} ({})", found.info.serial, found.info.uri));
-  }
-  return Error{
-      ErrorCode::kNotFound, fmt::format("device \"{}\"", serial.substr(0, 80)),
-      "no device has that name or serial number",
-      schemeMeant(serial) + fmt::format("there are {}; or give a URI: {}", fmt::join(known, ", "), listForms())};
-}
-
 }  // namespace
 
 bool isHardware(std::string_view scheme) noexcept {
@@ -103,14 +91,24 @@ std::vector<DeviceFound> findDevices() {
   return found;
 }
 
-Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial, const std::string& within) {
-  if (uri_or_serial.empty()) {
-    for (const DeviceFound& found : findDevices()) {
-      if (found.real) return makeDevice(found.info.uri);
-    }
-    return makeDevice("sim://default");
+Result<std::string> chooseDevice(std::string_view serial, const std::vector<DeviceFound>& found) {
+  std::vector<std::string> known;
+  for (const DeviceFound& one : found) {
+    if (serial.empty() ? one.real : one.info.serial == serial) return one.info.uri;
+    known.push_back(fmt::format("{} ({})", one.info.serial, one.info.uri));
   }
-  if (uri_or_serial.find("://") == std::string_view::npos) return makeBySerial(uri_or_serial);
+  if (serial.empty()) return std::string("sim://default");
+  return Error{
+      ErrorCode::kNotFound, fmt::format("device \"{}\"", serial.substr(0, 80)),
+      "no device has that name or serial number",
+      schemeMeant(serial) + fmt::format("there are {}; or give a URI: {}", fmt::join(known, ", "), listForms())};
+}
+
+Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial, const std::string& within) {
+  if (uri_or_serial.find("://") == std::string_view::npos) {
+    const auto chosen = chooseDevice(uri_or_serial, findDevices());
+    return chosen ? makeDevice(chosen.value()) : chosen.error();
+  }
   Result<DeviceUri> uri = parseDeviceUri(uri_or_serial);
   if (!uri) return uri.error();
   uri->within = within;

@@ -53,10 +53,17 @@ struct DeviceFound {
 [[nodiscard]] std::vector<DeviceFound> findDevices();
 
 /**
- * Makes (does not open) the device of that URI or serial. Empty: the first real device, else sim://default.
- * kNotFound names the scheme or serial and lists what there is; kUnsupported says of a known scheme why it cannot be
- * opened here; kInvalidArgument names the key of the query that is wrong. Recorded motions are found
- * and judged now, kPermissionDenied where they do not lie in `within` (DeviceUri::within), and read by open().
+ * The URI of which of these has that serial number; of the first real one for "", else of the simulator. kNotFound
+ * lists what there is.
+ */
+[[nodiscard]] Result<std::string> chooseDevice(std::string_view serial, const std::vector<DeviceFound>& found);
+
+/**
+ * Makes (does not open) the device of that URI or serial; of a serial it looks at the buses. Empty: the first real
+ * device, else sim://default. kNotFound names the scheme or serial and lists what there is; kUnsupported says of a
+ * known scheme why it cannot be opened here; kInvalidArgument names the key of the query that is wrong. Recorded
+ * motions are found and judged now, kPermissionDenied where they do not lie in `within` (DeviceUri::within), and read
+ * by open().
  */
 [[nodiscard]] Result<std::unique_ptr<Device>> makeDevice(std::string_view uri_or_serial,
                                                          const std::string& within = {});

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <new>
-#include <thread>
 
 #include "daemon/device/buttons.h"
 #include "daemon/device/finger_words.h"
@@ -42,7 +40,8 @@ DeviceManager::DeviceManager(const Config& config, Clock& clock, MeshStore& mesh
       scene_(scene),
       threads_(threads),
       make_(makeDevice),
-      find_(findDevices) {}
+      find_(findDevices),
+      choose_(chooseDevice) {}
 
 DeviceManager::~DeviceManager() {
   (void)closeAll();
@@ -343,7 +342,9 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
   if (OpenDevice* device = lookUp(uri)) return done(device);
   std::unique_ptr<Device> made;
   std::string canonical;  // "": any will do
+  const bool chosen = choose_ && uri.find("://") == std::string_view::npos;
   if (!uri.empty()) {
+    if (chosen) return openChosen(uri, std::move(done), within, std::move(admission));
     auto one = make_(uri, within);
     if (!one) return done(one.error());
     made = std::move(*one);
@@ -365,6 +366,7 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
   if (auto room = roomForGroup(fmt::format("device '{}'", log::printable(uri.substr(0, 200)))); !room)
     return done(room.error());
   if (!made) {
+    if (chosen) return openChosen(uri, std::move(done), within, std::move(admission));
     auto any = make_(uri, within);
     if (!any) return done(any.error());
     made = std::move(*any);
@@ -454,17 +456,6 @@ std::vector<std::string> DeviceManager::closeAll() {
   for (std::string& uri : closer_.names()) standing.push_back(std::move(uri));
   if (!hasLooked(kEnd_ns)) standing.emplace_back("the look for devices");
   return standing;
-}
-
-/** Whether no look for devices is under way; one on a bus that stands does not come back. */
-bool DeviceManager::hasLooked(std::int64_t most_ns) {
-  constexpr std::chrono::milliseconds kStep(1);
-  finder_.poll();
-  for (std::chrono::nanoseconds waited{0}; finder_.size() != 0 && waited.count() < most_ns; waited += kStep) {
-    std::this_thread::sleep_for(kStep);
-    finder_.poll();
-  }
-  return finder_.size() == 0;
 }
 
 /** Those that no servo has had; each by itself, so that none waits for another's driver. */

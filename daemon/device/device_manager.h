@@ -117,11 +117,17 @@ class DeviceManager {
   DeviceManager(const Config& config, Clock& clock, MeshStore& meshes, SceneModel& scene, bool threads);
   ~DeviceManager();
   void setFactory(Factory factory) {
-    make_ = [make = std::move(factory)](std::string_view uri, const std::string&) { return make(uri); };
+    setFactory([make = std::move(factory)](std::string_view uri, const std::string&) { return make(uri); });
   }
   /** As makeDevice(). */
   using Maker = std::function<Result<std::unique_ptr<Device>>(std::string_view uri, const std::string& within)>;
-  void setFactory(Maker maker) { make_ = std::move(maker); }
+  void setFactory(Maker maker) {
+    make_ = std::move(maker);
+    choose_ = {};
+  }
+  /** As chooseDevice(). Without one the factory knows of itself what is meant. */
+  using Chooser = std::function<Result<std::string>(std::string_view, const std::vector<DeviceFound>&)>;
+  void setChooser(Chooser chooser) { choose_ = std::move(chooser); }
   void setFinder(Finder finder) { find_ = std::move(finder); }
   [[nodiscard]] Result<std::unique_ptr<Device>> make(std::string_view uri) const { return make_(uri, {}); }
   [[nodiscard]] std::vector<DeviceFound> attached() const { return find_(); }
@@ -159,8 +165,9 @@ class DeviceManager {
   [[nodiscard]] Result<OpenDevice*> open(std::string_view uri, const std::string& within = {},
                                          const Admission& admission = {});
   /**
-   * The same without waiting: `done` is called now if there is nothing to wait for, else once by a later poll(). Who
-   * asks meanwhile for a device that is being opened waits for the same, kMostWaiting at most.
+   * The same without waiting: `done` is called now if there is nothing to wait for, else once by a later poll(). For a
+   * serial, or any device, it looks aside for what there is, as found(). Who asks meanwhile for a device that is being
+   * opened waits for the same, kMostWaiting at most.
    */
   using Done = std::function<void(Result<OpenDevice*>)>;
   void open(std::string_view uri, Done done, const std::string& within = {}, Admission admission = {});
@@ -259,6 +266,7 @@ class DeviceManager {
   bool threads_;
   Maker make_;
   Finder find_;
+  Chooser choose_;
   Advice advice_;
   std::function<void(OpenDevice&)> on_opened_;
   SafetyLines* lines_ = nullptr;
@@ -267,11 +275,13 @@ class DeviceManager {
   std::vector<std::unique_ptr<OpenDevice>> devices_;
   std::uint32_t next_group_ = 1;
   std::list<Opening> opening_;
+  using Looked = std::function<void(const Result<std::vector<DeviceFound>>&)>;
+  void look(Looked done);
   void look();
   [[nodiscard]] bool hasLooked(std::int64_t most_ns);
-  void tellFound(const Result<std::vector<DeviceFound>>& found);
+  void openChosen(std::string_view serial, Done done, const std::string& within, Admission admission);
 
-  std::list<Found> ask_, asked_;  ///< To be told of the next look, and of the one under way.
+  std::list<Looked> ask_, asked_;  ///< To be told of the next look, and of the one under way.
   bool looking_ = false;
   std::list<GroupOpening> groups_opening_;  ///< In the order in which they were begun; each stays where it is.
   std::string culprit_;

@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <new>
+#include <thread>
 #include <utility>
 
 #include "daemon/device/device_manager.h"
@@ -47,6 +49,36 @@ std::vector<std::string> DeviceManager::names() const {
 }
 
 void DeviceManager::found(Found done) {
+  look([this, done = std::move(done)](const Result<std::vector<DeviceFound>>& found) {
+    if (!found) return done(found.error());
+    std::vector<DeviceInfo> all;
+    for (const DeviceFound& one : found.value()) {
+      const bool open = std::any_of(devices_.begin(), devices_.end(),
+                                    [&](const auto& d) { return isAskedFor(d->info().uri, one.info.uri); });
+      if (!open) all.push_back(one.info);
+    }
+    done(all);
+  });
+}
+
+/** Which device is meant, those on the buses tell. */
+void DeviceManager::openChosen(std::string_view serial, Done done, const std::string& within, Admission admission) {
+  look([this, serial = std::string(serial), done = std::move(done), within,
+        admission = std::move(admission)](const Result<std::vector<DeviceFound>>& found) {
+    if (!found) return done(found.error());
+    if (serial.empty() && !devices_.empty()) return done(devices_.front().get());  // Opened meanwhile.
+    if (OpenDevice* device = lookUp(serial)) return done(device);
+    const auto uri = choose_(serial, found.value());
+    if (!uri) return done(uri.error());
+    const auto opened = [this, serial, done](const Result<OpenDevice*>& device) {
+      if (device && !serial.empty() && lookUp(serial) == nullptr) device.value()->aliases.push_back(serial);
+      done(device);
+    };
+    open(uri.value(), opened, within, admission);
+  });
+}
+
+void DeviceManager::look(Looked done) {
   ask_.push_back(std::move(done));
   if (looking_) return;
   try {
@@ -59,23 +91,29 @@ void DeviceManager::found(Found done) {
 
 void DeviceManager::look() {
   (void)finder_.start([find = find_]() -> Result<std::vector<DeviceFound>> { return find(); },
-                      [this](const Result<std::vector<DeviceFound>>& found) { tellFound(found); });
+                      [this](const Result<std::vector<DeviceFound>>& found) {
+                        const std::list<Looked> told = std::exchange(asked_, {});  // They may ask again.
+                        looking_ = false;
+                        for (const Looked& done : told) {
+                          try {
+                            done(found);
+                          } catch (const std::bad_alloc&) {  // Who waits for it hears so when its answer goes.
+                          }
+                        }
+                      });
   looking_ = true;
   asked_.swap(ask_);
 }
 
-void DeviceManager::tellFound(const Result<std::vector<DeviceFound>>& found) {
-  const std::list<Found> told = std::exchange(asked_, {});  // They may ask again.
-  looking_ = false;
-  Result<std::vector<DeviceInfo>> all = std::vector<DeviceInfo>();
-  if (!found) all = found.error();
-  for (std::size_t i = 0; found && i < found->size(); ++i) {
-    const DeviceInfo& info = found.value()[i].info;
-    const bool open = std::any_of(devices_.begin(), devices_.end(),
-                                  [&](const auto& d) { return isAskedFor(d->info().uri, info.uri); });
-    if (!open) all->push_back(info);
+/** Whether no look for devices is under way; one on a bus that stands does not come back. */
+bool DeviceManager::hasLooked(std::int64_t most_ns) {
+  constexpr std::chrono::milliseconds kStep(1);
+  finder_.poll();
+  for (std::chrono::nanoseconds waited{0}; finder_.size() != 0 && waited.count() < most_ns; waited += kStep) {
+    std::this_thread::sleep_for(kStep);
+    finder_.poll();
   }
-  for (const Found& done : told) done(all);
+  return finder_.size() == 0;
 }
 
 bool DeviceManager::realtime() const {

@@ -1,6 +1,7 @@
 // Who may say how a real device is driven.
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <fstream>
@@ -88,6 +89,55 @@ TEST(Hardware, IsLookedForAside) {
   EXPECT_EQ(heard, (std::vector<std::string>{"falcon://EMU1", "falcon://EMU2", "falcon://EMU2", "falcon://EMU2"}))
       << "what somebody plugs in before he asks is seen";
   EXPECT_EQ(looks, 2);
+}
+
+/** Whoever names a serial number, or no device, waits for the buses, and nobody with him. */
+TEST(Hardware, OfASerialNumberIsLookedForAside) {
+  Bench bench;
+  DeviceManager& devices = bench.core.devices();
+  std::promise<void> go;
+  devices.setChooser(chooseDevice);
+  devices.setFinder([wait = go.get_future().share()] {
+    wait.wait();
+    std::vector<DeviceFound> found(2);
+    found[0].info.uri = "test://of-no-serial";
+    found[1].info.uri = "test://by-serial";
+    found[1].info.serial = "S1";
+    found[1].real = true;
+    return found;
+  });
+  std::vector<std::string> answers;
+  const auto ask = [&](const char* text) {
+    bench.core.openDevice(text, bench.connection, [&](const Result<OpenDevice*>& device) {
+      answers.push_back(device ? device.value()->info().uri : device.error().what);
+    });
+  };
+  const auto answered = [&](std::size_t many) {
+    return eventually([&] {
+      bench.core.poll();
+      return answers.size() == many;
+    });
+  };
+  ask("S1");
+  ask("S2");
+  Session* const session = bench.live();
+  EXPECT_TRUE(bench.arm(session->id).ok()) << "all else goes on";
+  EXPECT_TRUE(answers.empty());
+  go.set_value();
+  ASSERT_TRUE(answered(2));
+  std::ranges::sort(answers);
+  EXPECT_EQ(answers, (std::vector<std::string>{"no device has that name or serial number", "test://by-serial"}));
+  ask("S1");
+  ASSERT_EQ(answers.size(), 3u) << "it is open";
+
+  bench.core.sessions().end(session->id, "the test");
+  bench.step(400);
+  for (const char* uri : {"test://first", "test://by-serial"})
+    ASSERT_TRUE(bench.core.closeDevice(uri, bench.administration).ok());
+  ask("");
+  EXPECT_EQ(answers.size(), 3u);
+  ASSERT_TRUE(answered(4));
+  EXPECT_EQ(answers.back(), "test://by-serial") << "the first that is real";
 }
 
 /** A bus that stands does not hold the end of the daemon up; who is told of a look that has ended, is. */

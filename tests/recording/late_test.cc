@@ -122,6 +122,27 @@ TEST(RecordingOfADeformedMesh, WaitsForCopiesOfWhatIsLarge) {
   EXPECT_EQ(began, true);
 }
 
+/** Who may not record is told so before anything is copied for him. */
+TEST(RecordingOfADeformedMesh, IsRefusedAtOnceWhereItMayNotBegin) {
+  RisingSide side(torus(300, 200));
+  Session* const session = side.bench.live();
+  ASSERT_NE(session, nullptr);
+  side.rise(0);
+  side.bench.step(50);  // The hand has come to rest.
+  ASSERT_TRUE(side.bench.arm(session->id).ok());
+  Core& core = side.bench.core;
+  const auto ask = [&](std::uint64_t by) {
+    std::optional<ErrorCode> answer;
+    core.record("", by, [&](const Result<Recordings::Started>& started) {
+      answer = started ? ErrorCode::kOk : started.error().code;
+    });
+    return answer;
+  };
+  EXPECT_EQ(ask(side.bench.administration), ErrorCode::kInvalidArgument) << "it is armed";
+  EXPECT_EQ(ask(*core.connect(102, 1001, false)), ErrorCode::kPermissionDenied) << "another user has a session there";
+  EXPECT_EQ(core.recordings().copies().size(), 0u);
+}
+
 /** Else what is deformed while another is copied would be copied by who must be there to stop a device. */
 TEST(RecordingOfADeformedMesh, WaitsForCopiesOfWhatWasDeformedMeanwhile) {
   RisingSide side(torus(300, 200));

@@ -7,7 +7,7 @@
 #ifndef HAPTICD_PROTO_ERRORS_H
 #define HAPTICD_PROTO_ERRORS_H
 
-/** X(name in C, name in C++, number, one sentence). */
+/** X(name in C, name in C++, number, one sentence). 9 was given for nothing and is nobody's. */
 #define HAPTIC_ERROR_LIST(X)                                                                        \
   X(OK, kOk, 0, "no error")                                                                         \
   X(INVALID_ARGUMENT, kInvalidArgument, 1, "a value is malformed, not finite or out of range")      \
@@ -18,7 +18,6 @@
   X(VERSION_MISMATCH, kVersionMismatch, 6, "client and daemon speak different versions")            \
   X(LEASE_REQUIRED, kLeaseRequired, 7, "only the holder of the device lease may do this")           \
   X(LEASE_HELD, kLeaseHeld, 8, "another client holds the device lease")                             \
-  X(NOT_ARMED, kNotArmed, 9, "the device is disarmed")                                              \
   X(FAULT_LATCHED, kFaultLatched, 10, "a fault is latched; clear its cause and arm again")          \
   X(DEVICE_GONE, kDeviceGone, 11, "the device is unplugged or does not answer")                     \
   X(DEVICE_BUSY, kDeviceBusy, 12, "another program or driver owns the device")                      \

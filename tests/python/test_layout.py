@@ -124,7 +124,9 @@ class Errors(unittest.TestCase):
     def test_codes_are_the_librarys(self):
         for code in hapticclient.Code:
             self.assertEqual(_abi.lib.haptic_error_name(code).decode(), f"HAPTIC_{code.name}")
-        self.assertEqual(_abi.lib.haptic_error_name(len(hapticclient.Code)), b"HAPTIC_UNKNOWN")
+        self.assertEqual(_abi.lib.haptic_error_name(max(hapticclient.Code) + 1), b"HAPTIC_UNKNOWN")
+        known = {code for code in range(max(hapticclient.Code) + 1) if _abi.lib.haptic_error_name(code) != b"HAPTIC_UNKNOWN"}
+        self.assertEqual(known, set(hapticclient.Code), "none of them is left out here")
         for kind in hapticclient.EventKind:
             self.assertEqual(_abi.lib.haptic_event_name(kind).decode(), kind.name.lower().replace("_", "-"))
 

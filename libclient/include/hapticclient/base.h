@@ -36,7 +36,6 @@ typedef enum haptic_error_code {
   HAPTIC_VERSION_MISMATCH = 6,  /**< Client and daemon speak different versions. */
   HAPTIC_LEASE_REQUIRED = 7,    /**< Only the holder of the device lease may do this. */
   HAPTIC_LEASE_HELD = 8,        /**< Another client holds the device lease. */
-  HAPTIC_NOT_ARMED = 9,         /**< The device is disarmed. */
   HAPTIC_FAULT_LATCHED = 10,    /**< A fault is latched; clear its cause and arm again. */
   HAPTIC_DEVICE_GONE = 11,      /**< The device is unplugged or does not answer. */
   HAPTIC_DEVICE_BUSY = 12,      /**< Another program or driver owns the device. */

@@ -20,7 +20,6 @@ class Code(enum.IntEnum):
     VERSION_MISMATCH = 6
     LEASE_REQUIRED = 7
     LEASE_HELD = 8
-    NOT_ARMED = 9
     FAULT_LATCHED = 10
     DEVICE_GONE = 11
     DEVICE_BUSY = 12

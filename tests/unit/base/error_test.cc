@@ -11,7 +11,7 @@ TEST(Error, SaysWhereWhatAndRemedy) {
 }
 
 TEST(Error, FallsBackToTheListsSentence) {
-  EXPECT_EQ(toString(Error{ErrorCode::kNotArmed, {}, {}, {}}), "the device is disarmed");
+  EXPECT_EQ(toString(Error{ErrorCode::kLeaseHeld, {}, {}, {}}), "another client holds the device lease");
   EXPECT_EQ(describe(static_cast<ErrorCode>(9999)), "unknown error");
 }
 

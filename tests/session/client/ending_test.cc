@@ -57,6 +57,27 @@ TEST_F(SessionEnding, ASecondTimeAndOfNobodyIsNothing) {
   bench.core.sessions().report(*bench.device().link, {});  // Of a slot that nobody has any more.
 }
 
+/** A device is not closed under a session that is there or fades: it counts them. */
+TEST_F(SessionEnding, ItsDeviceCountsItUntilItHasFaded) {
+  const std::uint32_t& count = bench.device().sessions;
+  ASSERT_EQ(count, 0u);
+  auto fading = open(guest);
+  auto offered = open(guest);
+  ASSERT_TRUE(fading.ok() && offered.ok());
+  EXPECT_EQ(count, 2u);
+  const ClientSide side(**fading);
+  ASSERT_TRUE(bench.core.sessions().mapped((*fading)->id).ok());
+  bench.step(4);
+  for (const std::uint64_t id : {(*fading)->id, (*offered)->id}) bench.core.sessions().end(id, "for the test");
+  bench.step(3);
+  EXPECT_EQ(count, 1u) << "of the other the servo never heard";
+  EXPECT_EQ(bench.core.devices().close(bench.device()).error().code, ErrorCode::kDeviceBusy);
+  bench.step(150);
+  EXPECT_EQ(count, 0u);
+  bench.core.disconnect(guest);
+  EXPECT_EQ(count, 0u) << "once each";
+}
+
 /** A thread that hangs keeps no force in a hand. */
 TEST_F(SessionEnding, ItsForceFadesThoughIngestDoesNotLetGo) {
   Session* holder = bench.live();

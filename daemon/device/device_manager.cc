@@ -443,6 +443,8 @@ std::vector<std::string> DeviceManager::closeAll() {
   closeUnused(opened);
   groups_opening_.clear();
   opening_.clear();
+  ask_.clear();  // What a look that ends from now on tells would open devices, and ask who is there no more.
+  asked_.clear();
   devices_.clear();
   for (auto it = links_.begin(); it != links_.end();) {
     if (const auto ended = endServo(**it); !ended) {

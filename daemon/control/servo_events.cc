@@ -68,7 +68,10 @@ void Core::drain(GroupLink& link) {
       events_.lost(1);
     }
   }
-  tellMissed(link);
+  try {
+    tellMissed(link);
+  } catch (const std::bad_alloc&) {  // Later: what follows is not to wait for it.
+  }
   const std::uint64_t dropped = servo.counters.events_dropped.load(std::memory_order_relaxed);
   std::uint64_t& seen = events_dropped_[&link];
   if (dropped != seen) events_.lost(dropped - seen);

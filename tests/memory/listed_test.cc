@@ -92,5 +92,36 @@ TEST(DisarmingWithoutMemory, IsToldOnceOfEach) {
   });
 }
 
+/** Whichever part of it fails: all are told in the end, or that something is lost. */
+TEST(MissedPeriodsWithoutMemory, AreToldInTheEnd) {
+  withoutEach([](Shortage& shortage) {
+    Bench bench;
+    Core& core = bench.core;
+    bench.step(3);
+    const std::uint64_t listener = core.events().subscribe(0, [] {});
+    const auto& link = core.devices().links().front();
+    bench.device().name = "a device with a name that no string holds inline";
+    bench.clock.advance(7 * kMs);
+    link->group().step();
+    try {
+      const Shortage::Scope scope(shortage);
+      core.poll();
+    } catch (const std::bad_alloc&) {
+    }
+    bench.step(1100);
+    bench.clock.advance(3 * kMs);  // What is lost is told with the next.
+    bench.step(2);
+    std::uint64_t told = 0, lost = 0;
+    for (EventHub::Batch batch = core.events().take(listener); !batch.events.empty();
+         batch = core.events().take(listener)) {
+      lost += batch.lost;
+      for (const Event& event : batch.events) told += event.kind == EventKind::kOverrun ? event.value : 0;
+    }
+    if (lost == 0) {
+      EXPECT_EQ(told, link->group().servo().counters.missed.load());
+    }
+  });
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -53,6 +53,7 @@ TEST(OverlapProperty, TheWayPartsThemAndIsNearlyTheLeast) {
     const double least = pair.overlap();
     const Parting parting = leastParting(pair.solid(0), pair.solid(1));
     EXPECT_NEAR(parting.n.norm(), 1, 1e-9);
+    EXPECT_GT(parting.way, least - 1e-6);
     ++looked;
     longer += parting.way > 1.1 * std::abs(least) + 1e-4;
     little_longer += least > 1e-4 && parting.way > 1.01 * least;

@@ -48,18 +48,46 @@ inline double overlapOf(const Shape& a, const Pose& X_WA, const Shape& b, const 
     look(across);
     look(-across);
   }
+  for (const Mat3& axes : {of_a, of_b}) {
+    for (int i = 0; i < 3; ++i) {
+      look(axes.col(i));
+      look(-axes.col(i));
+    }
+  }
   constexpr int kDirections = 1000;
   for (int i = 0; i < kDirections; ++i) {  // Evenly, on a spiral.
     const double z = 1 - (2.0 * i + 1) / kDirections, angle = EIGEN_PI * (3 - std::sqrt(5.0)) * i;
     const double r = std::sqrt(1 - z * z);
     look({r * std::cos(angle), r * std::sin(angle), z});
   }
-  for (double step = 0.1; step > 1e-5;) {
-    const double before = least;
-    const Vec3 from = best;
+  const auto refine = [&](const auto& around) {
+    for (double step = 0.1; step > 1e-5;) {
+      const double before = least;
+      around(Vec3(best), step);
+      if (!(least < before)) step /= 2;
+    }
+  };
+  const auto everywhere = [&](const Vec3& from, double step) {
     for (int i = 0; i < 27; ++i) look(from + step * Vec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
-    if (!(least < before)) step /= 2;
+  };
+  refine(everywhere);
+  // Straight across an axis there may be a narrow valley: that is walked along.
+  for (const Mat3& axes : {of_a, of_b}) {
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 along = axes.col(i), across = axes.col((i + 1) % 3), up = axes.col((i + 2) % 3);
+      constexpr int kRound = 360;
+      for (int k = 0; k < kRound; ++k) {
+        const double angle = 2 * EIGEN_PI * k / kRound;
+        look(std::cos(angle) * across + std::sin(angle) * up);
+      }
+      refine([&](const Vec3& from, double step) {
+        const Vec3 aside = along.cross(from);
+        look(from + step * aside);
+        look(from - step * aside);
+      });
+    }
   }
+  refine(everywhere);
   return least;
 }
 

@@ -11,7 +11,7 @@ $Cxx.namespace("hapticd::proto");
 
 const recordingMajor :UInt16 = 1;   # readers refuse another one
 const recordingMinor :UInt16 = 1;   # fields were added; 1: texturePart
-const ordersVersion :UInt16 = 1;    # layout of the daemon's own orders (rt/command.h); a reader refuses another one
+const ordersVersion :UInt16 = 2;    # layout of the daemon's own orders (rt/command.h); a reader refuses another one
 
 struct Block {
   union {

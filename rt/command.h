@@ -208,6 +208,7 @@ struct ToolContacts {
   std::uint32_t count;
   std::uint32_t dropped;  ///< Points of the tool's surface that the budget left out.
   Point point[kMost];
+  std::uint64_t tick;  ///< Of the servo, in which that was asked: CollideRequest::tick.
 };
 
 /** An object that moves freely and is pushed by tools. It stands directly below the root. */

@@ -46,6 +46,7 @@ void Collider::step(Clock* clock) HD_RT {
     out.object = held.object;
     out.count = model.count;
     out.dropped = report.dropped;
+    out.tick = question_.tick;
     static_assert(ToolContacts::kMost == kMaxTouches && sizeof(ToolContacts::Point) == sizeof(ContactModel::Point));
     std::memcpy(out.point, model.point.data(), model.count * sizeof(ContactModel::Point));
     if (!answers.push(answer)) counters.unsent.fetch_add(1, std::memory_order_relaxed);

@@ -24,16 +24,18 @@ struct CollideRequest {
     std::uint32_t slot = 0;
     Shape shape;
     Pose X_WO;
-    Twist V_WO;  ///< Of the origin, in the world.
+    Twist V_WO;                 ///< Of the origin, in the world.
+    std::uint64_t arrived = 0;  ///< Tick in which it last came there by no motion.
   };
   /** One device's tool, or a free body. */
   struct Held {
     std::uint32_t object = 0;  ///< Id, 0: there is none.
     Shape shape;
     Pose X_WO;
-    Twist V_WO;        ///< Of the origin, in the world.
-    double speed = 0;  ///< No point of the tool is faster relative to any obstacle [m/s].
-    bool put = false;  ///< It, or what is near it, was put there: what it lies deep in is looked for, too.
+    Twist V_WO;                 ///< Of the origin, in the world.
+    std::uint64_t arrived = 0;  ///< As Obstacle::arrived.
+    double speed = 0;           ///< No point of the tool is faster relative to any obstacle [m/s].
+    bool put = false;           ///< It, or what is near it, was put there: what it lies deep in is looked for, too.
     std::uint32_t count = 0;
     std::array<Obstacle, kMostObstacles> obstacle;  ///< The nearest; see findObstacles().
 
@@ -46,6 +48,7 @@ struct CollideRequest {
       shape = other.shape;
       X_WO = other.X_WO;
       V_WO = other.V_WO;
+      arrived = other.arrived;
       speed = other.speed;
       put = other.put;
       count = other.count;
@@ -54,6 +57,7 @@ struct CollideRequest {
     }
   };
 
+  std::uint64_t tick = 0;    ///< Of the servo: all stands as at its end.
   std::uint32_t orders = 0;  ///< Of the control thread that the servo had taken: what they dropped is not named here.
   std::array<Held, kMaxDevices + kMaxBodies> held;  ///< Tools by device, then bodies.
 };

@@ -126,7 +126,7 @@ const VolumeView* SceneContacts::volumeOf(const Shape& shape) const HD_RT {
 const SceneContacts::Stood* SceneContacts::then(const Stood& now) const HD_RT {
   for (const Stood& then : std::span(last_).first(last_count_)) {
     if (then.slot != now.slot || then.number != now.number) continue;
-    const bool elsewhere = (then.X_WO.p - now.X_WO.p).norm() > kTeleport ||
+    const bool elsewhere = then.arrived != now.arrived || (then.X_WO.p - now.X_WO.p).norm() > kTeleport ||
                            then.X_WO.q.angularDistance(now.X_WO.q) > Scene::kTeleportAngle;
     return elsewhere ? nullptr : &then;
   }

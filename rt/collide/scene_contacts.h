@@ -80,13 +80,14 @@ class SceneContacts {
     std::uint32_t slot = 0;    ///< 0: the tool.
     std::uint64_t number = 0;  ///< Of its shape: the next in that slot is another.
     Pose X_WO;
+    std::uint64_t arrived = 0;
     std::uint32_t cut = 0;  ///< Questions since there was time for all of it.
   };
   [[nodiscard]] static Stood stoodOf(const CollideRequest::Held& held) HD_RT {
-    return {0, held.shape.number, held.X_WO, 0};
+    return {0, held.shape.number, held.X_WO, held.arrived, 0};
   }
   [[nodiscard]] static Stood stoodOf(const CollideRequest::Obstacle& obstacle) HD_RT {
-    return {obstacle.slot, obstacle.shape.number, obstacle.X_WO, 0};
+    return {obstacle.slot, obstacle.shape.number, obstacle.X_WO, obstacle.arrived, 0};
   }
   /** The same at the last question; null: it was not named there, or has been put elsewhere. */
   [[nodiscard]] const Stood* then(const Stood& now) const HD_RT;

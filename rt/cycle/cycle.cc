@@ -22,7 +22,7 @@ void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
 }
 
 void Cycle::applyCommands(const CycleInput& input, CycleOutput& output) HD_RT {
-  scene_.expect(period() * (1.0 + input.missed));
+  scene_.expect(period() * (1.0 + input.missed), input.tick);
   output.events.clear();
   output.applied_commands = 0;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) output.device[d].has_intent = false;
@@ -176,7 +176,7 @@ ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
   if (command.kind == CommandKind::kSetGravity) return bodies_.setGravity(command.as<SetGravity>());
   const ErrorCode code = scene_.apply(command);
   if (code == ErrorCode::kOk) {
-    bodies_.moved(command.as<hd_object_pose>(), command.session == kControlSession);
+    bodies_.moved(command.as<hd_object_pose>(), command.session == kControlSession, scene_.tick());
   }
   return code;
 }
@@ -435,11 +435,12 @@ void Cycle::renderTool(std::uint32_t d, const DeviceSample& sample, DeviceOutput
 
 bool Cycle::ask(CollideRequest& request) const HD_RT {
   std::array<std::uint32_t, kMaxDevices> held;
+  request.tick = scene_.tick();
   bool any = bodies_.ask(scene_, {held.data(), heldObjects(held)}, request);
   for (std::uint32_t d = 0; d < kMaxDevices; ++d) {
     request.held[d].object = 0;
     if (!devices_[d].tool.held()) continue;
-    devices_[d].tool.ask(scene_, request.held[d]);
+    devices_[d].tool.ask(scene_, bodies_, request.held[d]);
     any = true;
   }
   return any;

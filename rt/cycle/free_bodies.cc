@@ -81,9 +81,10 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     entry->object = order.object;
     entry->model.count = 0;
     entry->age = kStale;  // it stands until it is known what it touches
-    entry->held = entry->ours = entry->stands = false;
+    entry->told = entry->held = entry->ours = entry->stands = false;
     leadAnew(*entry);
-    entry->put = std::max(0.0, kAnswerTime - scene.sinceArrival(objectSlot(order.object)));
+    entry->arrived = scene.arrivedIn(objectSlot(order.object));
+    entry->asked = 0;
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
   entry->body.body.place(object->X_PO);
@@ -105,14 +106,16 @@ ErrorCode FreeBodies::take(const ToolContacts& contacts) HD_RT {
   }
   Entry& entry = entry_[contacts.device - kMaxDevices];
   if (contacts.object == 0 || contacts.object != entry.object) return ErrorCode::kOk;
+  if (entry.held || contacts.tick < entry.arrived) return ErrorCode::kOk;
   static_assert(sizeof contacts.point == sizeof entry.model.point);
   std::memcpy(entry.model.point.data(), contacts.point, sizeof contacts.point);
   entry.model.count = contacts.count;
-  entry.age = 0;
+  entry.asked = contacts.tick;
+  entry.told = true;
   return ErrorCode::kOk;
 }
 
-void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
+void FreeBodies::moved(const hd_object_pose& pose, bool by_control, std::uint64_t tick) HD_RT {
   Entry* entry = lookUp(pose.object);
   if (entry == nullptr) return;
   RigidBody& body = entry->body.body;
@@ -123,7 +126,7 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control) HD_RT {
   body.setTwist({vec3(pose.v) + w.cross(body.com() - X.p), w});
   if (elsewhere) {
     entry->model.count = 0;
-    entry->put = kAnswerTime;
+    entry->arrived = tick;
   }
   if (elsewhere || !by_control) leadAnew(*entry);
   entry->body.wake();
@@ -144,8 +147,6 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
       entry.object = 0;
       continue;
     }
-    entry.age += dt;
-    entry.put = std::max(0.0, entry.put - dt);
     const bool was_held = entry.held;
     entry.held = std::find(held.begin(), held.end(), entry.object) != held.end();
     if (entry.held) continue;
@@ -154,11 +155,12 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
       body.place(object->X_WO);
       body.setTwist({object->velocityAt(body.com()), object->V_WO.w});
       entry.model.count = 0;
-      entry.age = kStale;
+      entry.told = false;
       entry.ours = true;
       leadAnew(entry);
       entry.body.wake();
     }
+    entry.age = entry.told ? dt * static_cast<double>(scene.tick() - entry.asked) : kStale;
     entry.before = entry.body.body.twist();
     of_slot_[objectSlot(entry.object)] = k;
   }
@@ -221,8 +223,9 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
     rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), Vec3::Zero(), touch);
     touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
   } else {
-    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, object.V_WO);
-    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), object.V_WO.w, touch);
+    const Twist V = isOld(scene, k, slot) ? Twist{} : object.V_WO;
+    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, V);
+    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), V.w, touch);
   }
   // Two coefficients make one: the geometric mean is common.
   touch.friction = std::sqrt(self.material.friction_static * object.material.friction_static);
@@ -231,8 +234,16 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   return touch;
 }
 
-bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
-  return isFelt(scene.slot(slot)) && (find(slot) == kNone || isFelt(scene.slot(objectSlot(entry_[k].object))));
+/**
+ * Of what jumps while a body touches it, or takes the slot of what is gone, that body's contacts lie wherever its frame
+ * now puts them. Until an answer has seen it there, a question and an answer later, they hold where they still fit, or
+ * what lies on a floor that is replaced by its like would fall; they push nothing.
+ */
+bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT {
+  const std::uint32_t slot = entry_[k].model.point[i].body();
+  if (!isFelt(scene.slot(slot))) return false;
+  if (find(slot) != kNone && !isFelt(scene.slot(objectSlot(entry_[k].object)))) return false;
+  return !isOld(scene, k, slot) || touchOf(scene, k, i).gap > -kTouching;
 }
 
 /**
@@ -245,7 +256,7 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   double grip = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
-    if (!meets(scene, k, slot)) continue;
+    if (!meets(scene, k, i)) continue;
     const Touch touch = touchOf(scene, k, i);
     lies = lies || touch.gap < kSupport;
     if (touch.gap > kTouching) continue;
@@ -271,7 +282,7 @@ bool FreeBodies::holds(const Scene& scene, std::uint8_t k, std::uint32_t i) cons
   const Entry& entry = entry_[k];
   const ContactModel& model = entry.model;
   const std::uint32_t slot = model.point[i].body();
-  if (!meets(scene, k, slot)) return false;
+  if (!meets(scene, k, i)) return false;
   const auto isMesh = [&](std::uint32_t s) HD_RT { return scene.slot(s).shape.kind == ShapeKind::kMesh; };
   if (model.point[i].feature() != kWayOut || !(isMesh(slot) || isMesh(objectSlot(entry.object)))) return true;
   for (std::uint32_t j = 0; j < model.count; ++j) {
@@ -304,7 +315,9 @@ void FreeBodies::addTouches(const Scene& scene, std::uint8_t k, std::uint32_t mo
   for (std::uint32_t i = 0; i < entry.model.count && most > 0; ++i) {
     if (!holds(scene, k, i)) continue;
     --most;
-    (void)joint_.add(touchOf(scene, k, i), entry.mover, moverOf(find(entry.model.point[i].body())));
+    const std::uint32_t slot = entry.model.point[i].body();
+    const std::uint8_t mover = isOld(scene, k, slot) ? JointStep::kFixed : moverOf(find(slot));
+    (void)joint_.add(touchOf(scene, k, i), entry.mover, mover);
   }
 }
 
@@ -371,10 +384,12 @@ bool FreeBodies::ask(const Scene& scene, std::span<const std::uint32_t> held, Co
     out.shape = self->shape;
     out.X_WO = entry.body.body.pose();
     out.V_WO = entry.body.body.originTwist();
+    out.arrived = entry.arrived;
     out.speed = speedBound(entry.body.body, *self);
     out.put = entry.leading > 0;
     findObstacles(scene, *self, held, out);
     for (std::uint32_t i = 0; i < out.count; ++i) {
+      out.obstacle[i].arrived = arrivedIn(scene, out.obstacle[i].slot);
       out.put = out.put || scene.sinceUnmet(out.obstacle[i].slot) < kStale;
     }
   }

@@ -44,7 +44,7 @@ class FreeBodies {
   /** Those of a body that is gone are none of ours, and no error. */
   ErrorCode take(const ToolContacts& contacts) HD_RT;
   /** Somebody has put an object elsewhere. */
-  void moved(const hd_object_pose& pose, bool by_control) HD_RT;
+  void moved(const hd_object_pose& pose, bool by_control, std::uint64_t tick) HD_RT;
 
   /** `held`: objects in hands; they are the hands' while they are. */
   void begin(Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT;
@@ -55,8 +55,13 @@ class FreeBodies {
   [[nodiscard]] const FreeBody& body(std::uint8_t k) const HD_RT { return entry_[k].body; }
   /** Where the object in that slot, found to be of body k, stands now that the body may have gone on. */
   [[nodiscard]] Pose poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
-  /** Whether contacts found before may be of where somebody took it from. */
-  [[nodiscard]] bool wasPut(std::uint8_t k) const HD_RT { return entry_[k].put > 0; }
+  /** Whether no answer has seen it yet where somebody has put it. */
+  [[nodiscard]] bool wasPut(std::uint8_t k) const HD_RT { return entry_[k].asked < entry_[k].arrived; }
+  /** Tick in which what is in that slot, or the body that it is of, last came where it is by no motion. */
+  [[nodiscard]] std::uint64_t arrivedIn(const Scene& scene, std::uint32_t slot) const HD_RT {
+    const std::uint8_t k = find(slot);
+    return k != kNone ? entry_[k].arrived : scene.arrivedIn(slot);
+  }
   /** A tool that touches bodies is stepped with them. Its number for touch(). */
   std::uint8_t join(Tool& tool, const Pose& device, ToolStep& out) HD_RT { return joint_.add(tool, device, out); }
   /** A touch of a tool that has joined; `body`: what find() says of the other side. */
@@ -93,23 +98,29 @@ class FreeBodies {
     std::uint32_t object = 0;  ///< Id, 0: unused.
     FreeBody body{MassProperties{}, 0, false};
     ContactModel model;
-    Twist before;             ///< As the tick began.
-    double age = 0;           ///< Of the contacts [s].
-    double put = 0;           ///< It was put elsewhere: so long until an answer tells of it there [s].
-    double leading = 0;       ///< So long it may still be led out of what it was put into, by its own turns [s].
-    Vec3 way = Vec3::Zero();  ///< The way; zero: it has not begun.
-    bool led = false;         ///< In its last turn.
-    double grip = 0;          ///< The least friction that held it when it was last awake.
-    bool held = false;        ///< In a hand.
-    bool ours = false;        ///< Pushed here last: control is told where it goes.
-    bool pushed = false;      ///< By a hand or tool, in this tick.
-    bool stands = false;      ///< Its contacts are stale, and the scene knows that it stands.
+    Twist before;               ///< As the tick began.
+    std::uint64_t asked = 0;    ///< Tick of the question that they answer.
+    std::uint64_t arrived = 0;  ///< Tick in which it last came where it is by no motion.
+    bool told = false;          ///< There was an answer since it is a body and in no hand.
+    double age = 0;             ///< Of the contacts [s].
+    double leading = 0;         ///< So long it may still be led out of what it was put into, by its own turns [s].
+    Vec3 way = Vec3::Zero();    ///< The way; zero: it has not begun.
+    bool led = false;           ///< In its last turn.
+    double grip = 0;            ///< The least friction that held it when it was last awake.
+    bool held = false;          ///< In a hand.
+    bool ours = false;          ///< Pushed here last: control is told where it goes.
+    bool pushed = false;        ///< By a hand or tool, in this tick.
+    bool stands = false;        ///< Its contacts are stale, and the scene knows that it stands.
     std::uint8_t mover = kNone;
   };
   Entry* lookUp(std::uint32_t object) HD_RT;
   std::uint8_t moverOf(std::uint8_t k) HD_RT;
-  /** Whether body k touches what is in that slot; of two bodies neither does if one is not felt. */
-  [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
+  /** Whether body k touches what contact i is of; of two bodies neither does if one is not felt. */
+  [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
+  /** Whether what body k knows of that slot is of before that came there. */
+  [[nodiscard]] bool isOld(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
+    return entry_[k].asked < arrivedIn(scene, slot);
+  }
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
   // Out of what it was put into (lead_out.cc).

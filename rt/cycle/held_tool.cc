@@ -42,7 +42,6 @@ ErrorCode HeldTool::attach(const AttachTool& order, const Scene& scene) HD_RT {
   response_.reset();
   model_.count = 0;
   step_ = ToolStep{};
-  age_ = 0;
   touched_ = 0;
   forget();  // An answer may be on its way of where the same object was held before.
   return ErrorCode::kOk;
@@ -51,10 +50,11 @@ ErrorCode HeldTool::attach(const AttachTool& order, const Scene& scene) HD_RT {
 ErrorCode HeldTool::take(const ToolContacts& contacts) HD_RT {
   if (!valid(contacts)) return ErrorCode::kInvalidArgument;
   if (contacts.object != order_.object || order_.object == 0) return ErrorCode::kOk;
+  if (!started_ || contacts.tick < arrived_) return ErrorCode::kOk;
   static_assert(sizeof contacts.point == sizeof model_.point);
   std::memcpy(model_.point.data(), contacts.point, sizeof contacts.point);
   model_.count = contacts.count;
-  age_ = 0;
+  asked_ = contacts.tick;
   return ErrorCode::kOk;
 }
 
@@ -74,7 +74,7 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     if (!isFelt(object)) continue;
     const std::uint8_t body = bodies.find(slot);
     // Skip contacts with what has been replaced or has jumped: by its whole leap deep, they would hit the hand.
-    if (body != FreeBodies::kNone ? bodies.wasPut(body) : !isKnown(scene, slot)) continue;
+    if (asked_ < bodies.arrivedIn(scene, slot)) continue;
     body_of_[touches_] = body;
     Touch& touch = touch_[touches_++];
     const std::uint32_t feature = model_.point[i].feature();
@@ -145,10 +145,12 @@ void HeldTool::begin(const Scene& scene, const DeviceSample& sample, const Twist
   const bool direct = (order_.flags & kToolDirect) != 0;
   const Pose device{sample.p, sample.q.normalized()};
   if (!started_ || direct) tool_.reset(device);
-  if (!started_ || put_ > 0) model_.count = 0;
-  put_ = std::max(0.0, put_ - dt);
+  if (!started_) {
+    model_.count = 0;
+    arrived_ = asked_ = scene.tick();
+  }
   started_ = true;
-  age_ += dt;
+  age_ = dt * static_cast<double>(scene.tick() - asked_);
   com_ = tool_.body().com();
   const bool weighs = (order_.flags & kToolWeighs) != 0;
   tool_.setWeight(weighs ? Vec3(order_.mass * bodies.gravity()) : Vec3(Vec3::Zero()));
@@ -205,7 +207,7 @@ void HeldTool::noteTouch(const Scene& scene, HeldToolOutput& out) HD_RT {
   touched_ = out.touched;
 }
 
-void HeldTool::ask(const Scene& scene, CollideRequest::Held& held) const HD_RT {
+void HeldTool::ask(const Scene& scene, const FreeBodies& bodies, CollideRequest::Held& held) const HD_RT {
   held.object = 0;
   held.count = 0;
   const SceneObject* self = scene.find(order_.object);
@@ -215,7 +217,11 @@ void HeldTool::ask(const Scene& scene, CollideRequest::Held& held) const HD_RT {
   held.X_WO = tool_.body().pose();
   held.V_WO = tool_.body().originTwist();
   held.speed = speedBound(tool_.body(), *self);
+  held.arrived = arrived_;
   findObstacles(scene, *self, {}, held);
+  for (std::uint32_t i = 0; i < held.count; ++i) {
+    held.obstacle[i].arrived = bodies.arrivedIn(scene, held.obstacle[i].slot);
+  }
 }
 
 }  // namespace hapticd

@@ -49,12 +49,9 @@ class HeldTool {
   /** After bodies.step(): what came of it. Moves the scene's object there. */
   void finish(Scene& scene, const Twist& velocity, double dt, HeldToolOutput& out) HD_RT;
   /** The hand is elsewhere at once, or its reading is not to be used: the tool starts anew where it next stands. */
-  void forget() HD_RT {
-    started_ = false;
-    put_ = kAnswerTime;
-  }
+  void forget() HD_RT { started_ = false; }
   /** What to ask the collide thread. */
-  void ask(const Scene& scene, CollideRequest::Held& held) const HD_RT;
+  void ask(const Scene& scene, const FreeBodies& bodies, CollideRequest::Held& held) const HD_RT;
 
   [[nodiscard]] bool held() const HD_RT { return order_.object != 0; }
   /** Stiffness of the coupling that is felt in the end, or of direct rendering [N/m]. */
@@ -80,7 +77,8 @@ class HeldTool {
   double stored_ = 0;          ///< Energy that may come back [J].
   Vec3 com_ = Vec3::Zero();    ///< Before this tick.
   double age_ = 0;             ///< Of the contacts [s].
-  double put_ = 0;             ///< It was taken up elsewhere: so long until an answer tells of it there [s].
+  std::uint64_t asked_ = 0;    ///< Tick of the question that they answer, or in which it started.
+  std::uint64_t arrived_ = 0;  ///< Tick in which it last started.
   std::uint32_t touched_ = 0;  ///< In the last tick.
   bool started_ = false;
 };

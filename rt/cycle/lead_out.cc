@@ -43,7 +43,7 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
   };
   for (std::uint32_t i = 0; i < entry_[k].model.count && near.count < Near::kMost; ++i) {
     const std::uint32_t slot = entry_[k].model.point[i].body();
-    if (!meets(scene, k, slot)) continue;
+    if (!meets(scene, k, i)) continue;
     const std::uint8_t other = find(slot);
     Touch touch = touchOf(scene, k, i);
     touch.r_b -= touch.gap * touch.n;  // On the other: both were of this body's point.
@@ -55,7 +55,7 @@ void FreeBodies::findNear(const Scene& scene, std::uint8_t k, Near& near) const 
     if (other == k || its.object == 0 || its.held) continue;
     for (std::uint32_t i = 0; i < its.model.count && near.count < Near::kMost; ++i) {
       const std::uint32_t slot = its.model.point[i].body();
-      if (find(slot) != k || !meets(scene, other, slot)) continue;
+      if (find(slot) != k || !meets(scene, other, i)) continue;
       Touch touch = touchOf(scene, other, i);
       std::swap(touch.r_a, touch.r_b);
       touch.n = -touch.n;
@@ -198,7 +198,7 @@ bool FreeBodies::mayLead(const Scene& scene, Entry& entry) HD_RT {
   for (std::uint32_t i = 0; i < entry.model.count && !unmet; ++i) unmet = isUnmet(entry.model.point[i].body());
   if (unmet && !(entry.leading > 0)) entry.way.setZero();  // That of another time.
   if (unmet) entry.leading = kLeadOut;
-  return entry.leading > 0 && !(entry.put > 0) && entry.age < kStale;
+  return entry.leading > 0 && !(entry.asked < entry.arrived) && entry.age < kStale;
 }
 
 /** In turns: of more than kMostLooks each goes the slower, and has the longer for it. */

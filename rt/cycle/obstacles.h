@@ -15,15 +15,6 @@ namespace hapticd {
 /** Whether a slot is that one, or below it in the tree. */
 [[nodiscard]] bool isPartOf(const Scene& scene, std::uint32_t slot, std::uint32_t of) HD_RT;
 
-/** Time in which the collide thread has answered anew [s]. */
-inline constexpr double kAnswerTime = 5e-3;
-
-/** Whether contacts found before are of the object in that slot, where it is: it has not just come there by no motion.
- */
-[[nodiscard]] inline bool isKnown(const Scene& scene, std::uint32_t slot) HD_RT {
-  return scene.sinceArrival(slot) >= kAnswerTime;
-}
-
 /** No point of an object's ball is faster, as this body carries it [m/s]. */
 [[nodiscard]] double speedBound(const RigidBody& body, const SceneObject& object) HD_RT;
 

@@ -453,7 +453,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   if (motion.teleported || (motion.posed && !isForeseen(step, kUnmetStep))) motion.unmet = time_;
   if (motion.teleported) {
     ++arrivals_;
-    motion.arrived = time_;
+    motion.arrived = tick_;
     noteEffect(slot);
     object.X_WO_before = object.X_WO;
   }

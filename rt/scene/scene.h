@@ -146,10 +146,14 @@ class Scene {
   ErrorCode apply(const Command& command) HD_RT;
 
   /**
-   * Before the commands of a tick: it is so long [s]. Without that it counts as long as the last one: moves of vertices
-   * are those of its end.
+   * Before the commands of a tick: it is so long [s], and of that number, which never falls. Without that it counts as
+   * long as the last one: moves of vertices are those of its end.
    */
-  void expect(double dt) HD_RT { dt_ = dt; }
+  void expect(double dt, std::uint64_t tick = 0) HD_RT {
+    dt_ = dt;
+    tick_ = tick;
+  }
+  [[nodiscard]] std::uint64_t tick() const HD_RT { return tick_; }
 
   /** Moves objects on by their velocities and recomputes world poses; X_WO_before is last tick's X_WO. */
   void advance(double dt) HD_RT;
@@ -174,9 +178,9 @@ class Scene {
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
   /** By those who move it, each tick. */
   void setLoose(std::uint32_t i, bool loose) HD_RT { objects_[i].loose = loose; }
-  /** Since the object in that slot was added or last jumped [s]. */
-  [[nodiscard]] double sinceArrival(std::uint32_t i) const HD_RT {
-    return motion_[i].jump ? 0 : time_ - motion_[i].arrived;
+  /** Tick in which the object in that slot was added or last jumped. */
+  [[nodiscard]] std::uint64_t arrivedIn(std::uint32_t i) const HD_RT {
+    return motion_[i].jump ? tick_ : motion_[i].arrived;
   }
   /**
    * Since it may have come to be about something that is there, or within it, unmet: it arrived, came to be felt, got
@@ -201,8 +205,8 @@ class Scene {
     bool hidden = true;              ///< It could not be touched at the last advance(),
     const MeshView* mesh = nullptr;  ///< and this was its mesh; not to be followed.
     bool teleported = false;         ///< In the last advance(): children were carried along.
-    double arrived = 0;              ///< When that was, on the scene's clock [s].
-    double unmet = 0;                ///< As sinceUnmet(), on the same clock [s].
+    std::uint64_t arrived = 0;       ///< As arrivedIn().
+    double unmet = 0;                ///< As sinceUnmet(), on the scene's clock [s].
     bool posed = false;              ///< In the last advance() a pose came, of it or of what is above,
     Pose X_WF;                       ///< and there its velocity and theirs would have brought it.
     bool world_moved = false;        ///< In the last advance(): children follow.
@@ -247,6 +251,7 @@ class Scene {
   bool moves_are_new_ = false;  ///< The next advance() keeps them.
   double time_ = 0;             ///< Sum of all dt [s],
   double dt_ = 0;               ///< and the last of them, or that of the tick that comes.
+  std::uint64_t tick_ = 0;      ///< Of the servo.
   bool settled_ = true;         ///< Nothing moves and nothing moved last tick: advance() has nothing to do.
 };
 

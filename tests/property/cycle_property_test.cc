@@ -111,6 +111,7 @@ class World {
     ToolContacts found{};
     found.device = device;
     found.object = object;
+    found.tick = input->tick;
     found.count = static_cast<std::uint32_t>(random.below(random.once(20) ? 17 : 15));
     for (std::uint32_t i = 0; i < std::min(found.count, ToolContacts::kMost); ++i) {
       ToolContacts::Point& p = found.point[i];

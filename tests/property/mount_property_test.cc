@@ -159,14 +159,14 @@ class MountedWorld : public test::SteppedCycle {
       p.n_B[2] = 1;
       p.key = objectSlot(kGround) << 24 | (i + 1);
     }
-    put(CommandKind::kToolContacts, found);
+    answer(found);
   }
   /** The body touches nothing but the hand, which it is to be told. */
   void alone() {
     ToolContacts none{};
     none.device = kMaxDevices;
     none.object = kBody;
-    put(CommandKind::kToolContacts, none);
+    answer(none);
   }
   [[nodiscard]] Vec3 bodyAt() const { return cycle->scene().slot(objectSlot(kBody)).X_WO.p; }
   /** Of the device itself. */

@@ -27,6 +27,11 @@ struct SteppedCycle {
     return input->command[input->command_count++] = makeCommand(kind, payload, session);
   }
   void add(const AddObject& object) { put(CommandKind::kAddObject, object); }
+  /** The collide thread's, to what was asked in the last step. */
+  void answer(ToolContacts found) {
+    found.tick = input->tick;
+    put(CommandKind::kToolContacts, found);
+  }
   void arm() { put(CommandKind::kArm, DeviceRef{0}); }
 
   /** A period later. What is fresh was read then. */

@@ -281,7 +281,7 @@ TEST_F(CycleClutch, ABodyIsPushedByWhatIsFelt) {
     ToolContacts none{};
     none.device = kMaxDevices;
     none.object = kClutchBody;
-    put(CommandKind::kToolContacts, none);
+    answer(none);
     felt += 1e-3 * at(p).guard.by_source[HD_SOURCE_SURFACE].z();
   };
   while (input->device[0].p.z() > 0.028) go(input->device[0].p - Vec3(0, 0, 0.5e-3));

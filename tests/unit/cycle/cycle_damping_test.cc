@@ -121,7 +121,7 @@ PadAndBath damps(double pad_damping, double device_can, double scale) {
     ToolContacts none{};  // It touches nothing else, which it is to be told.
     none.device = kMaxDevices;
     none.object = body;
-    hand.put(CommandKind::kToolContacts, none);
+    hand.answer(none);
     const DeviceOutput& out = hand.at(Vec3(0, 2e-5 * i, i == 0 ? 0.001 : -0.005) / scale);
     const SurfaceContact& c = out.contact;
     if (i < 50) continue;
@@ -159,7 +159,7 @@ double alternates(test::SteppedCycle& hand, std::uint32_t tool = 0) {
     }
     ToolContacts none{};
     none.object = tool;
-    if (tool != 0) hand.put(CommandKind::kToolContacts, none);
+    if (tool != 0) hand.answer(none);
     std::rotate(sent.begin(), sent.end() - 1, sent.end());
     sent[0] = hand.at({0, 0, std::round(x / 10e-6) * 10e-6}).command.force.z();
     if (i >= 4000) sum += std::pow((sent[0] - 2 * sent[1] + sent[2]) / 4, 2);

@@ -93,7 +93,7 @@ class CycleTouchOfBodies : public ::testing::Test, protected test::SteppedCycle 
       ToolContacts none{};
       none.device = kMaxDevices + objectSlot(id) - 1;
       none.object = id;
-      put(CommandKind::kToolContacts, none);
+      answer(none);
     }
     felt_ += 1e-3 * at(p).guard.by_source[HD_SOURCE_SURFACE];
     both_ = both_ || output->device[0].contact.parts == 2;

@@ -57,7 +57,7 @@ class Wedge : public test::SteppedCycle {
       ToolContacts none{};
       none.device = kMaxDevices + k;
       none.object = body_[k];
-      put(CommandKind::kToolContacts, none);
+      answer(none);
     }
     return at(hand).contact;
   }

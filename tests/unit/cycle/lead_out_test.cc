@@ -65,7 +65,7 @@ class LedBody : public test::SteppedCycle {
       point.offset = static_cast<float>(told.n.dot(told.p) - told.gap);
       point.key = told.slot << 24 | ((told.whole ? kWayOut : contacts.count) + 1);
     }
-    put(CommandKind::kToolContacts, contacts);
+    answer(contacts);
   }
   std::uint32_t other_;
 };

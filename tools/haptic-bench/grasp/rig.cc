@@ -130,6 +130,7 @@ void Rig::tick() {
   ToolContacts none{};  // As collision detection would answer: what touches the block are fingers alone.
   none.device = kMaxDevices;
   none.object = kBlock;
+  none.tick = input_->tick - 1;
   send(CommandKind::kToolContacts, none);
   cycle_->step(*input_, *output_);
   input_->command_count = 0;

@@ -34,8 +34,9 @@ class FreeBodies {
   static constexpr double kStale = 0.1;      ///< No contacts for so long: a body stands still [s].
   static constexpr double kTouching = 1e-4;  ///< Gap at which a body is woken by what touches it [m].
   static constexpr double kLeadOut = 3;      ///< The longest that what was put somewhere is led out, in its turns [s].
-  static constexpr std::uint32_t kMostLooks = 2;  ///< In a tick for ways out: what it costs is the square of touches.
-  static constexpr double kMostGravity = 100;     ///< [m/s^2]
+  static constexpr std::uint32_t kMostMissed = 3;  ///< Answers in a row that may miss what a body is led out of.
+  static constexpr std::uint32_t kMostLooks = 2;   ///< In a tick for ways out: what it costs is the square of touches.
+  static constexpr double kMostGravity = 100;      ///< [m/s^2]
   static constexpr std::uint8_t kNone = 0xff;
 
   /** kNotFound: no such object. kInvalidArgument: out of range, or it cannot move. kQuotaExceeded: kMaxBodies are. */
@@ -98,19 +99,21 @@ class FreeBodies {
     std::uint32_t object = 0;  ///< Id, 0: unused.
     FreeBody body{MassProperties{}, 0, false};
     ContactModel model;
-    Twist before;               ///< As the tick began.
-    std::uint64_t asked = 0;    ///< Tick of the question that they answer.
-    std::uint64_t arrived = 0;  ///< Tick in which it last came where it is by no motion.
-    bool told = false;          ///< There was an answer since it is a body and in no hand.
-    double age = 0;             ///< Of the contacts [s].
-    double leading = 0;         ///< So long it may still be led out of what it was put into, by its own turns [s].
-    Vec3 way = Vec3::Zero();    ///< The way; zero: it has not begun.
-    bool led = false;           ///< In its last turn.
-    double grip = 0;            ///< The least friction that held it when it was last awake.
-    bool held = false;          ///< In a hand.
-    bool ours = false;          ///< Pushed here last: control is told where it goes.
-    bool pushed = false;        ///< By a hand or tool, in this tick.
-    bool stands = false;        ///< Its contacts are stale, and the scene knows that it stands.
+    Twist before;                 ///< As the tick began.
+    std::uint64_t asked = 0;      ///< Tick of the question that they answer.
+    std::uint64_t arrived = 0;    ///< Tick in which it last came where it is by no motion.
+    bool told = false;            ///< There was an answer since it is a body and in no hand.
+    double age = 0;               ///< Of the contacts [s].
+    double leading = 0;           ///< So long it may still be led out of what it was put into, by its own turns [s].
+    Vec3 way = Vec3::Zero();      ///< The way; zero: it has not begun.
+    bool led = false;             ///< In its last turn.
+    std::uint32_t missed = 0;     ///< Answers in a row that told of nothing to be led out of, ...
+    std::uint64_t missed_in = 0;  ///< ... the last of them, by the tick of its question.
+    double grip = 0;              ///< The least friction that held it when it was last awake.
+    bool held = false;            ///< In a hand.
+    bool ours = false;            ///< Pushed here last: control is told where it goes.
+    bool pushed = false;          ///< By a hand or tool, in this tick.
+    bool stands = false;          ///< Its contacts are stale, and the scene knows that it stands.
     std::uint8_t mover = kNone;
   };
   Entry* lookUp(std::uint32_t object) HD_RT;
@@ -140,6 +143,8 @@ class FreeBodies {
   /** It overlaps nothing; what it is in bars it, or it has come another way; another thing is in the way. */
   enum class Way : std::uint8_t { kNone, kBarred, kWaits, kOut };
   static void leadAnew(Entry& entry) HD_RT;
+  /** Whether it is out, and no answer has only missed what it is in. */
+  [[nodiscard]] static bool isOut(Entry& entry) HD_RT;
   void findNear(const Scene& scene, std::uint8_t k, Near& near) const HD_RT;
   /** `of`: the slot of what it leads out of. */
   [[nodiscard]] static Way findWayOut(const Entry& entry, const Near& near, double dt, Knows most, Touch& out,

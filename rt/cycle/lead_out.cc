@@ -22,6 +22,14 @@ void FreeBodies::leadAnew(Entry& entry) HD_RT {
   entry.leading = kLeadOut;
   entry.way.setZero();
   entry.led = false;
+  entry.missed = 0;
+}
+
+/** An answer may have had no time for what the body is in, or have found no point in there. */
+bool FreeBodies::isOut(Entry& entry) HD_RT {
+  if (entry.asked != entry.missed_in) ++entry.missed;
+  entry.missed_in = entry.asked;
+  return entry.missed > kMostMissed;
 }
 
 /** What body k touches as it knows itself, and what other bodies know of it: either finds the other. */
@@ -176,9 +184,12 @@ void FreeBodies::leadOut(const Scene& scene, std::uint8_t k, double dt) HD_RT {
   if (way == Way::kBarred && box) entry.way.setZero();
   if (way == Way::kOut && goesAhead(find(of), k, overlap.n)) way = Way::kWaits;
   entry.led = way == Way::kOut && !entry.pushed;
-  if (way == Way::kNone) {
+  if (way != Way::kNone) {
+    entry.missed = 0;
+  } else if (isOut(entry)) {
     entry.leading = 0;
     entry.way.setZero();
+    entry.missed = 0;
   }
   if (way != Way::kOut || entry.pushed) return;
   settleTouches({&overlap, 1}, dt);

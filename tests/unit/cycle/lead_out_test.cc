@@ -87,6 +87,21 @@ TEST(LeadOut, ItGoesStraightOutEverMoreSlowlyAndStops) {
   EXPECT_TRUE(body.go({{2, Vec3::Zero(), n, -1e-5, true}}).isZero(0)) << "it is out";
 }
 
+/** So many in a row may find nothing, whether it goes or waits for something that is in its way. */
+TEST(LeadOut, MissedAnswersEndNothing) {
+  for (const bool waits : {false, true}) {
+    for (std::uint32_t missed = 1; missed <= FreeBodies::kMostMissed + 1; ++missed) {
+      LedBody body;
+      const ToldPlane in{2, Vec3::Zero(), Vec3::UnitX(), -0.05, true}, bar{3, Vec3::Zero(), -Vec3::UnitX(), 0};
+      for (int i = 0; i < 120; ++i) {  // Until nobody takes it for just put there.
+        ASSERT_EQ(body.go(waits ? std::vector{in, bar} : std::vector{in}).isZero(0), waits) << i;
+      }
+      for (std::uint32_t i = 0; i < missed; ++i) EXPECT_TRUE(body.go({}).isZero(0));
+      EXPECT_EQ(body.go({in}).isZero(0), missed > FreeBodies::kMostMissed) << missed << ", waits: " << waits;
+    }
+  }
+}
+
 /** Nor does it lose the motion that it has. */
 TEST(LeadOut, ItGoesOnAsItDidBeside) {
   LedBody body;

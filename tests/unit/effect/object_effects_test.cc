@@ -27,6 +27,20 @@ TEST(ObjectEffects, AForceActsAlongTheObjectsAxisWithinItsReach) {
   expectForce(t.settled({0.1, 0, 0}), {0, 0, 1.5});
 }
 
+/** Fields too may lie along a path: beyond its reach there is none of it. */
+TEST(ObjectEffects, OfAPathNothingIsFeltBeyondItsReach) {
+  for (const EffectKind kind : {EffectKind::kForce, EffectKind::kViscous, EffectKind::kFriction}) {
+    EffectScene t;
+    t.add(test::along(effect(kind, 1.5, 100, 10, 0.02), {{-0.1, 0, 0}, {0.1, 0, 0}}));
+    Vec3 near = Vec3::Zero(), far = Vec3::Zero();
+    for (int i = 0; i < 100; ++i) near += t.feel({1e-3 * i - 0.05, 0.005, 0}, {1, 0, 0});
+    EXPECT_GT(near.norm(), 10) << static_cast<int>(kind);
+    (void)t.settled({0, 0.021, 0});
+    for (int i = 0; i < 100; ++i) far += t.feel({1e-3 * i - 0.05, 0.021, 0}, {1, 0, 0});
+    EXPECT_EQ(far, Vec3(0, 0, 0)) << static_cast<int>(kind);
+  }
+}
+
 TEST(ObjectEffects, AViscousBoxDampsWhatMovesInItRelativeToIt) {
   EffectScene t;
   const auto bath = t.add(ShapeKind::kBox, {0.1, 0.1, 0.1});

@@ -8,7 +8,7 @@
 
 namespace hapticd::test {
 
-/** Whether `condition` holds within a minute, for a builder gives way to all else; it is asked every two milliseconds. */
+/** Whether `condition` holds within a minute, for builders give way to all else; it is asked every two milliseconds. */
 template <class Condition>
 bool eventually(Condition&& condition) {
   for (int i = 0; i < 30000; ++i) {

@@ -160,6 +160,8 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
       leadAnew(entry);
       entry.body.wake();
     }
+    // Until it is told it stands: what moves it is others, in the tick in which it became a body or was in a hand.
+    if (!entry.told) entry.arrived = std::max(entry.arrived, scene.arrivedIn(objectSlot(entry.object)));
     entry.age = entry.told ? dt * static_cast<double>(scene.tick() - entry.asked) : kStale;
     entry.before = entry.body.body.twist();
     of_slot_[objectSlot(entry.object)] = k;

@@ -61,7 +61,10 @@ class FreeBodies {
   /** Tick in which what is in that slot, or the body that it is of, last came where it is by no motion. */
   [[nodiscard]] std::uint64_t arrivedIn(const Scene& scene, std::uint32_t slot) const HD_RT {
     const std::uint8_t k = find(slot);
-    return k != kNone ? entry_[k].arrived : scene.arrivedIn(slot);
+    if (k == kNone) return scene.arrivedIn(slot);
+    // Of a part that jumps by itself; where the whole goes too fast for the scene's eyes both jump in each tick.
+    const std::uint64_t part = scene.arrivedIn(slot), whole = scene.arrivedIn(objectSlot(entry_[k].object));
+    return part > whole ? std::max(part, entry_[k].arrived) : entry_[k].arrived;
   }
   /** A tool that touches bodies is stepped with them. Its number for touch(). */
   std::uint8_t join(Tool& tool, const Pose& device, ToolStep& out) HD_RT { return joint_.add(tool, device, out); }

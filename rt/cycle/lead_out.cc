@@ -23,6 +23,7 @@ void FreeBodies::leadAnew(Entry& entry) HD_RT {
   entry.way.setZero();
   entry.led = false;
   entry.missed = 0;
+  entry.missed_in = 0;
 }
 
 /** An answer may have had no time for what the body is in, or have found no point in there. */

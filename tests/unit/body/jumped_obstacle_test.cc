@@ -12,7 +12,7 @@ namespace {
 using test::object;
 
 constexpr std::uint32_t kBelow = makeObjectId(40, 1), kNext = makeObjectId(40, 2), kOnTile = makeObjectId(21, 1),
-                        kTaken = makeObjectId(22, 1);
+                        kTaken = makeObjectId(22, 1), kWhole = makeObjectId(23, 1);
 constexpr double kPull = 9.81, kStep = 1e-3;
 const Vec3 kTileHalf(0.05, 0.05, 0.01), kUnder(0.1, 0, -0.01), kTileLoad(0.01, 0.01, 0.005), kOn(0.1, 0, 0.005);
 
@@ -93,6 +93,46 @@ TEST(JumpedObstacle, ABodyThatIsPutElsewherePushesNothing) {
       if (again) scene.setFree(kNext, 1000, false);
       scene.expectFall(again ? "replaced" : "put elsewhere");
       EXPECT_LT((scene.house->servo->cycle().bodies().body(1).body.com() - to).norm(), 1e-9);
+    }
+  }
+}
+
+/** Nor what becomes one in the tick in which it jumps. */
+TEST(JumpedObstacle, WhatJumpsAndBecomesABodyAtOncePushesNothing) {
+  for (int later = 0; later < 2; ++later) {
+    Lying scene(later, false);
+    const Vec3 to(0.1, 0, 0.4);
+    scene.jump(to);
+    scene.setFree(kBelow, 1000, false);
+    scene.expectFall("became a body");
+    EXPECT_LT((scene.house->servo->cycle().bodies().body(1).body.com() - to).norm(), 1e-9);
+  }
+}
+
+/** Nor a part of one that is put elsewhere, while the whole stays. */
+TEST(JumpedObstacle, APartThatIsPutElsewherePushesNothing) {
+  for (int later = 0; later < 2; ++later) {
+    for (const bool again : {false, true}) {
+      Lying scene(later, false);
+      test::ToolHouse& house = *scene.house;
+      const Vec3 whole(0.1, 0, -0.3), up(0, 0, 0.7);
+      house.send(CommandKind::kAddObject, object(kWhole, ShapeKind::kBox, kTileHalf, whole));
+      scene.setFree(kWhole, 1000, false);
+      house.send(CommandKind::kRemoveObject, ObjectRef{kBelow});
+      AddObject part = object(kNext, ShapeKind::kBox, kTileHalf, kUnder - whole);
+      part.parent = kWhole;
+      house.send(CommandKind::kAddObject, part);
+      house.run(200);
+      ASSERT_NEAR(scene.brick().body.com().z(), kOn.z(), 1e-5);
+      if (again) {
+        house.send(CommandKind::kRemoveObject, ObjectRef{kNext});
+        part.object = kBelow;
+        store(Vec3(up), part.p);
+        house.send(CommandKind::kAddObject, part);
+      } else {
+        scene.put(kNext, up);
+      }
+      scene.expectFall(again ? "another" : "put elsewhere");
     }
   }
 }

@@ -234,8 +234,8 @@ void joinEnds(Mesh& mesh, std::int64_t& work) {
   connect(mesh, again);
 }
 
-/** Lower than twice what is on an edge: both its long edges may have been cut where its third corner is. */
-bool isNeedle(const Mesh& mesh, const Index3& v, double weld_m, double on_edge) {
+/** Lower than `most`. */
+bool isNeedle(const Mesh& mesh, const Index3& v, double most) {
   const auto from = [&](std::uint32_t a, std::uint32_t b) {
     std::array<double, 3> d;
     for (std::size_t k = 0; k < 3; ++k) d[k] = double{mesh.vertices[b][k]} - mesh.vertices[a][k];
@@ -245,10 +245,6 @@ bool isNeedle(const Mesh& mesh, const Index3& v, double weld_m, double on_edge) 
   const auto u = from(v[0], v[1]), w = from(v[0], v[2]);
   const double longest2 = std::max({squared(u), squared(w), squared(from(v[1], v[2]))});
   const double twice2 = squared({u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]});
-  double largest = 0;
-  for (const std::uint32_t corner : v)
-    for (const float x : mesh.vertices[corner]) largest = std::max(largest, std::abs(double{x}));
-  const double most = 2 * std::max(weld_m, on_edge * largest);
   return twice2 <= most * most * longest2;
 }
 
@@ -257,7 +253,7 @@ bool isNeedle(const Mesh& mesh, const Index3& v, double weld_m, double on_edge) 
  * twice: such pairs go. Of other pairs, which are the two sides of a sheet, one stays, else there would be a hole.
  * There are none before, see dropDuplicates().
  */
-bool dropFolds(Mesh& mesh, double weld_m, double on_edge) {
+bool dropFolds(Mesh& mesh, double needle) {
   std::vector<std::pair<Index3, std::uint32_t>> open;  // By their vertices.
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Index3& across = mesh.neighbours[t];
@@ -269,7 +265,7 @@ bool dropFolds(Mesh& mesh, double weld_m, double on_edge) {
   bool any = false;
   for (std::size_t i = 1; i < open.size(); ++i) {
     if (open[i].first != open[i - 1].first || isEmpty(mesh.triangles[open[i - 1].second])) continue;
-    if (isNeedle(mesh, open[i].first, weld_m, on_edge)) mesh.triangles[open[i - 1].second].fill(open[i].first[0]);
+    if (isNeedle(mesh, open[i].first, needle)) mesh.triangles[open[i - 1].second].fill(open[i].first[0]);
     mesh.triangles[open[i].second].fill(open[i].first[0]);
     any = true;
   }
@@ -301,11 +297,16 @@ void cutAll(Mesh& mesh, std::vector<Crossed>& crossed, double weld_m, double on_
     }
   }
   if (tally.count == before) return;
+  // Twice what is on an edge, of the largest that may have been cut: both long edges of a needle, where its third
+  // corner is.
+  double largest = 0;
+  for (const Float3& p : mesh.vertices)
+    for (const float x : p) largest = std::max(largest, std::abs(double{x}));
   BuildMonitor again;
   do {
     dropEmpty(mesh);
     connect(mesh, again);
-  } while (dropFolds(mesh, weld_m, on_edge));
+  } while (dropFolds(mesh, 2 * std::max(weld_m, on_edge * largest)));
 }
 
 }  // namespace

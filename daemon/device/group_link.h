@@ -96,6 +96,7 @@ class GroupLink final : public CommandSink {
   GroupLink(std::string name, std::int64_t period_ns);
   /** Whose place in the outbox an order to arm that device takes: no connection's. */
   static constexpr std::uint64_t arming(std::uint32_t device) { return ~std::uint64_t{device}; }
+  static_assert(kMaxDevices < Outbox::kMostOwn);
   bool urgent(const Command& command);
   [[nodiscard]] bool waits(const Off& off) const;
 

@@ -23,7 +23,9 @@ class Outbox {
  public:
   static constexpr std::size_t kSpare = 256;
   static constexpr std::size_t kPlaces = 8192;     ///< Beyond them nobody's edits are taken.
-  static constexpr std::size_t kMostGivers = 512;  ///< Whose orders wait at a time; more than there are connections.
+  static constexpr std::size_t kMostGivers = 512;  ///< Told apart; whoever comes beyond them shares that of kOthers,
+  static constexpr std::uint64_t kOthers = std::uint64_t{1} << 63;  ///< but of numbers from here on each has its own:
+  static constexpr std::size_t kMostOwn = 32;                       ///< so many.
 
   struct Waiting {
     Command order;
@@ -34,8 +36,7 @@ class Outbox {
 
   /** Whether one more is within that share; 0: within the places. */
   [[nodiscard]] bool hasRoomFor(std::uint64_t whose) const noexcept {
-    const bool counts = whose == 0 || givers_ < kMostGivers || of(whose) != 0;
-    return counts && orders_.size() + of(whose) < kPlaces;
+    return orders_.size() + of(shareOf(whose)) < kPlaces;
   }
   /** So many of theirs wait; of 0 none are counted. */
   [[nodiscard]] std::size_t of(std::uint64_t whose) const noexcept {
@@ -50,7 +51,7 @@ class Outbox {
     } else {
       orders_.splice(orders_.end(), spare_, spare_.begin());
     }
-    orders_.back() = {order, count(whose) ? whose : 0};
+    orders_.back() = {order, count(shareOf(whose)) ? shareOf(whose) : 0};
   }
   void pop() noexcept {
     forget(orders_.front().whose);
@@ -73,6 +74,9 @@ class Outbox {
     std::size_t waiting = 0;
   };
 
+  [[nodiscard]] std::uint64_t shareOf(std::uint64_t whose) const noexcept {
+    return whose == 0 || whose >= kOthers || givers_ < kMostGivers || of(whose) != 0 ? whose : kOthers;
+  }
   bool count(std::uint64_t whose) noexcept {
     if (whose == 0) return false;
     const auto all = std::span(shares_).first(givers_);
@@ -81,7 +85,7 @@ class Outbox {
       ++it->waiting;
       return true;
     }
-    if (givers_ == kMostGivers) return false;
+    if (givers_ == shares_.size()) return false;
     shares_[givers_++] = {whose, 1};
     return true;
   }
@@ -92,7 +96,7 @@ class Outbox {
   }
 
   std::list<Waiting> orders_, spare_;
-  std::array<Share, kMostGivers> shares_{};
+  std::array<Share, kMostGivers + kMostOwn> shares_{};
   std::size_t givers_ = 0;
 };
 

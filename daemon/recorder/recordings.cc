@@ -208,7 +208,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
 
 std::vector<std::byte> Recordings::copyAsBuilt(const PublishedMesh& mesh, std::span<const std::byte> bytes) {
   const auto made = made_.find(numberOf(mesh.fd));
-  if (made != made_.end() && made->second.size() == bytes.size()) return std::move(made->second);
+  if (made != made_.end() && made->second.size() == bytes.size()) return std::move(made_.extract(made).mapped());
   return {bytes.begin(), bytes.end()};
 }
 

@@ -53,12 +53,16 @@ TEST(OutboxShares, WhatHasGoneIsCountedNoMore) {
     EXPECT_EQ(outbox.of(round), 0u);
   }
   for (std::uint64_t one = 1; one <= Outbox::kMostGivers; ++one) outbox.push(Command{}, one);
-  EXPECT_FALSE(outbox.hasRoomFor(Outbox::kMostGivers + 1)) << "nobody is taken who could not be counted";
+  std::uint64_t late = Outbox::kMostGivers;
+  while (outbox.hasRoomFor(++late)) outbox.push(Command{}, late);
+  EXPECT_EQ(outbox.of(Outbox::kOthers), (kPlaces - Outbox::kMostGivers) / 2) << "who comes late shares one share";
   EXPECT_TRUE(outbox.hasRoomFor(1));
-  outbox.push(Command{}, Outbox::kMostGivers + 1);
-  EXPECT_EQ(outbox.of(Outbox::kMostGivers + 1), 0u);
+  outbox.push(Command{}, ~std::uint64_t{3});
+  EXPECT_EQ(outbox.of(~std::uint64_t{3}), 1u) << "not so what has a share of its own";
   outbox.pop();
-  EXPECT_TRUE(outbox.hasRoomFor(Outbox::kMostGivers + 1));
+  EXPECT_TRUE(outbox.hasRoomFor(late));
+  while (!outbox.empty()) outbox.pop();
+  EXPECT_EQ(outbox.of(Outbox::kOthers), 0u);
 }
 
 TEST(OutboxShares, TheDaemonsOwnCountsInAllAlone) {

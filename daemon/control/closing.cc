@@ -69,6 +69,7 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   }
   if (auto r = devices_.endServo(*device.link); !r) return r;  // It may yet write what sessions that ended have mapped.
   const SessionManager::Ended ended = sessions_.takeEnded(*link);
+  tellMissed(*link, true);
   const auto closed = devices_.close(device);
   if (!closed) return closed.error();
   recordings_.groupClosed(*link);

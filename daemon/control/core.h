@@ -296,7 +296,7 @@ class Core {
   void forgetDisarmed(const std::string& name);
   void drain(GroupLink& link);
   void translate(GroupLink& link, const ServoEvent& event);
-  void tellMissed(const GroupLink& link);
+  void tellMissed(const GroupLink& link, bool last = false);
   void refusedByServo(const std::string& device, const ServoEvent& event, Session* session);
   /** Tells subscribers that something which a client has pushed was refused. */
   void tellRefused(const Session& session, ErrorCode code, const std::string& what, const std::string& object);

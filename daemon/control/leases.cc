@@ -168,7 +168,8 @@ Result<void> Core::mayArm(OpenDevice& device) const {
                  how.empty() || how == "none" ? "calibrate it, then arm" : how + "; then arm"};
   }
   if (!device.link->acceptingArm(device.index)) {
-    return Error{ErrorCode::kTimeout, device.name, "the servo takes no orders", "see hapticctl status"};
+    return Error{ErrorCode::kTimeout, device.name, "too many orders to arm it wait for the servo",
+                 "try again; if it stays so, see hapticctl status"};
   }
   return {};
 }

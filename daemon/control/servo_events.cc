@@ -172,13 +172,13 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
   events_.publish(event);
 }
 
-/** What was held back, too, when it is its turn. */
-void Core::tellMissed(const GroupLink& link) {
+/** What was held back, too, when it is its turn, or the last. */
+void Core::tellMissed(const GroupLink& link, bool last) {
   const auto it = missed_.find(&link);
   if (it == missed_.end() || it->second.periods == 0) return;
   Missed& missed = it->second;
   std::uint64_t suppressed = 0;
-  if (!missed.told.allow(clock_.now(), suppressed)) return;
+  if (!missed.told.allow(clock_.now(), suppressed) && !last) return;
   Event event;
   const OpenDevice* const device = devices_.at(link, missed.last.device);
   event.kind = EventKind::kOverrun;

@@ -25,7 +25,7 @@ typedef enum haptic_event_kind {
   HAPTIC_EVENT_OVERRUN = 10, /**< A few a second; value: periods missed since the last. */
   HAPTIC_EVENT_CLIENT_JOINED = 11,
   HAPTIC_EVENT_CLIENT_LEFT = 12,
-  HAPTIC_EVENT_MODEL_EXPIRED = 13, /**< Eight a second of a session; value: model slot; text: how many were not told. */
+  HAPTIC_EVENT_MODEL_EXPIRED = 13, /**< Eight a second of a session; value: model slot; text: "(12 suppressed)". */
   HAPTIC_EVENT_OBJECT_CHANGED = 14,
   HAPTIC_EVENT_REFUSED = 15, /**< Of session's pushes, a few a second; value: haptic_error_code; text: what and why. */
   HAPTIC_EVENT_KINDS = 16

@@ -59,8 +59,8 @@ TEST(OutboxShares, WhatHasGoneIsCountedNoMore) {
   EXPECT_TRUE(outbox.hasRoomFor(1));
   outbox.push(Command{}, ~std::uint64_t{3});
   EXPECT_EQ(outbox.of(~std::uint64_t{3}), 1u) << "not so what has a share of its own";
-  outbox.pop();
-  EXPECT_TRUE(outbox.hasRoomFor(late));
+  for (int i = 0; i < 3; ++i) outbox.pop();
+  EXPECT_TRUE(outbox.hasRoomFor(late)) << "a row is free again";
   while (!outbox.empty()) outbox.pop();
   EXPECT_EQ(outbox.of(Outbox::kOthers), 0u);
 }

@@ -62,8 +62,10 @@ Result<void> Core::mayGo(const GroupLink& link, bool administration) {
 
 Result<void> Core::closeGroupOf(OpenDevice& device) {
   std::vector<std::string> names;
-  const GroupLink* link = device.link;
+  GroupLink* const link = device.link;
   const std::string group = link->name();
+  std::vector<std::string> canonical;
+  for (std::size_t i = 0; i < link->group().deviceCount(); ++i) canonical.push_back(link->group().device(i).info().uri);
   for (const auto& other : devices_.devices()) {
     if (other->link == link) names.push_back(other->name);
   }
@@ -73,7 +75,7 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   const auto closed = devices_.close(device);
   if (!closed) return closed.error();
   recordings_.groupClosed(*link);
-  wanted_.closed(group);
+  wanted_.closed(group, std::move(canonical));
   events_dropped_.erase(link);
   missed_.erase(link);
   for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);

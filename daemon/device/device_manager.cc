@@ -353,16 +353,7 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
     if (auto r = notClosing(canonical); !r) return done(r.error());
     if (waitFor(canonical, uri, done)) return;
   }
-  // Whether it is, or is about to be, open as the configuration wants it, or cannot be.
-  const auto isConfigured = [&] {
-    if (!advice_) return false;
-    const auto advised = advice_(canonical);
-    OpenDevice* const device = advised ? lookUp(*advised) : nullptr;
-    if (advised && device == nullptr) return !advised->empty() && waitFor(*advised, uri, done);
-    done(advised ? Result<OpenDevice*>(device) : Result<OpenDevice*>(advised.error()));
-    return true;
-  };
-  if (isConfigured()) return;
+  if (isConfigured(canonical, made.get(), uri, done)) return;
   if (auto room = roomForGroup(fmt::format("device '{}'", log::printable(uri.substr(0, 200)))); !room)
     return done(room.error());
   if (!made) {
@@ -373,7 +364,7 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
     canonical = made->info().uri;
     if (auto r = notClosing(canonical); !r) return done(r.error());
     if (waitFor(canonical, uri, done)) return;
-    if (isConfigured()) return;  // Now that it has a name.
+    if (isConfigured(canonical, made.get(), uri, done)) return;  // Now that it has a name.
   }
   std::vector<std::unique_ptr<Device>> one;
   one.push_back(std::move(made));

@@ -131,6 +131,13 @@ class DeviceManager {
   void setFinder(Finder finder) { find_ = std::move(finder); }
   [[nodiscard]] Result<std::unique_ptr<Device>> make(std::string_view uri) const { return make_(uri, {}); }
   [[nodiscard]] std::vector<DeviceFound> attached() const { return find_(); }
+  /**
+   * The canonical URI of what a text stands for, if that is known without looking at the buses: a serial number is
+   * known from what a look has just told, and of the real device that is being asked for.
+   */
+  [[nodiscard]] Result<std::string> recognise(std::string_view text) const;
+  /** Whether recognise() would know more of serial numbers if somebody had looked. */
+  [[nodiscard]] bool hasNotLooked() const { return choose_ && found_ == nullptr; }
   /** Is called for each device that was opened without waiting, before those who wait for it. */
   void onOpened(std::function<void(OpenDevice&)> told) { on_opened_ = std::move(told); }
   /**
@@ -280,8 +287,19 @@ class DeviceManager {
   void look();
   [[nodiscard]] bool hasLooked(std::int64_t most_ns);
   void openChosen(std::string_view serial, Done done, const std::string& within, Admission admission);
+  /** What recognise() knows serial numbers of; until this goes. */
+  struct Known {
+    Known(DeviceManager& manager, const std::vector<DeviceFound>* found) : of(manager) { of.found_ = found; }
+    ~Known() { of.found_ = nullptr; }
+    Known(const Known&) = delete;
+    Known& operator=(const Known&) = delete;
+    DeviceManager& of;
+  };
+  [[nodiscard]] Result<std::string> advised(const std::string& canonical, const Device* made);
+  bool isConfigured(const std::string& canonical, const Device* made, std::string_view text, Done& done);
 
-  std::list<Looked> ask_, asked_;  ///< To be told of the next look, and of the one under way.
+  std::list<Looked> ask_, asked_;                    ///< To be told of the next look, and of the one under way.
+  const std::vector<DeviceFound>* found_ = nullptr;  ///< While there is a Known.
   bool looking_ = false;
   std::list<GroupOpening> groups_opening_;  ///< In the order in which they were begun; each stays where it is.
   std::string culprit_;

@@ -12,6 +12,16 @@
 #include "drivers/did_you_mean.h"
 
 namespace hapticd {
+namespace {
+
+/** Whether it says which device, and not how that is driven. */
+bool onlyNames(std::string_view text) {
+  const auto uri = parseDeviceUri(text);
+  return uri && std::all_of(uri->query.begin(), uri->query.end(),
+                            [](const auto& item) { return item.first == "serial" || item.first == "path"; });
+}
+
+}  // namespace
 
 Result<OpenDevice*> DeviceManager::find(std::string_view text) {
   if (text.empty() && !devices_.empty()) return devices_.front().get();
@@ -61,6 +71,36 @@ void DeviceManager::found(Found done) {
   });
 }
 
+Result<std::string> DeviceManager::recognise(std::string_view text) const {
+  if (choose_ && text.find("://") == std::string_view::npos) {
+    if (found_ != nullptr) return choose_(text, *found_);
+    return Error{ErrorCode::kNotFound, "device", "nobody has looked for it", {}};
+  }
+  const auto made = make_(text, {});
+  if (!made) return made.error();
+  return (*made)->info().uri;
+}
+
+/** Which device the configuration means by it; `made` is that which is asked for by its URI, not open. */
+Result<std::string> DeviceManager::advised(const std::string& canonical, const Device* made) {
+  const bool known = made != nullptr && found_ == nullptr && !made->info().serial.empty() &&
+                     isHardware(canonical.substr(0, canonical.find("://"))) && onlyNames(canonical);
+  if (!known) return advice_(canonical);
+  const std::vector<DeviceFound> just_this{{made->info(), true}};
+  const Known one(*this, &just_this);
+  return advice_(canonical);
+}
+
+/** Whether it is, or is about to be, open as the configuration wants it, or cannot be. */
+bool DeviceManager::isConfigured(const std::string& canonical, const Device* made, std::string_view text, Done& done) {
+  if (!advice_) return false;
+  const auto meant = advised(canonical, made);
+  OpenDevice* const device = meant ? lookUp(*meant) : nullptr;
+  if (meant && device == nullptr) return !meant->empty() && waitFor(*meant, text, done);
+  done(meant ? Result<OpenDevice*>(device) : Result<OpenDevice*>(meant.error()));
+  return true;
+}
+
 /** Which device is meant, those on the buses tell. */
 void DeviceManager::openChosen(std::string_view serial, Done done, const std::string& within, Admission admission) {
   look([this, serial = std::string(serial), done = std::move(done), within,
@@ -68,6 +108,8 @@ void DeviceManager::openChosen(std::string_view serial, Done done, const std::st
     if (!found) return done(found.error());
     if (serial.empty() && !devices_.empty()) return done(devices_.front().get());  // Opened meanwhile.
     if (OpenDevice* device = lookUp(serial)) return done(device);
+    Done any = done;
+    if (serial.empty() && isConfigured({}, nullptr, {}, any)) return;
     const auto uri = choose_(serial, found.value());
     if (!uri) return done(uri.error());
     const auto opened = [this, serial, done](const Result<OpenDevice*>& device) {
@@ -95,6 +137,7 @@ void DeviceManager::look() {
                         const std::list<Looked> told = std::exchange(asked_, {});  // They may ask again.
                         looking_ = false;
                         for (const Looked& done : told) {
+                          const Known all(*this, found ? &found.value() : nullptr);
                           try {
                             done(found);
                           } catch (const std::bad_alloc&) {  // Who waits for it hears so when its answer goes.

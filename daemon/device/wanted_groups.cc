@@ -82,7 +82,7 @@ void WantedGroups::poll() {
   }
 }
 
-void WantedGroups::closed(const std::string& name) {
+void WantedGroups::closed(const std::string& name, std::vector<std::string> canonical) {
   const auto is = [&](const GroupConfig& group) { return group.name == name; };
   const auto group = std::find_if(configured_.begin(), configured_.end(), is);
   if (group == configured_.end()) return;
@@ -90,9 +90,9 @@ void WantedGroups::closed(const std::string& name) {
   if (std::find(devices.begin(), devices.end(), std::string()) != devices.end()) return;  // Whatever there was.
   Wanted& wanted = wanted_.emplace_back();
   wanted.group = *group;
+  wanted.canonical = std::move(canonical);
   wanted.canonical.resize(devices.size());
   wanted.tried = wanted.rests = true;
-  recognise(wanted);
 }
 
 GroupConfig WantedGroups::next(const Wanted& wanted) {
@@ -180,7 +180,7 @@ void WantedGroups::recognise(Wanted& wanted) const {
   for (std::size_t i = 0; i < wanted.group.devices.size(); ++i) {
     const std::string& text = wanted.group.devices[i];
     if (text.empty()) continue;
-    if (const auto made = devices_.make(text)) wanted.canonical[i] = (*made)->info().uri;
+    if (auto known = devices_.recognise(text)) wanted.canonical[i] = std::move(*known);
   }
 }
 
@@ -195,6 +195,8 @@ Result<std::string> WantedGroups::advise(const std::string& canonical) {
     if (!canonical.empty() && asked == has.end()) continue;
     const std::string first = canonical.empty() ? has.front() : *asked;
     if (first.empty()) {
+      // A serial number: it is asked again when somebody has looked.
+      if (wanted.told && !wanted.group.devices.front().empty() && devices_.hasNotLooked()) return canonical;
       if (wanted.told) return wanted.why;
       continue;  // It takes what there is, and so does who asks.
     }

@@ -52,8 +52,8 @@ class WantedGroups {
   /** Each group has had its first attempt, or the start has waited for them long enough. */
   [[nodiscard]] bool settled() const;
   void poll();
-  /** The group of that name was closed, if it is one of these. */
-  void closed(const std::string& name);
+  /** The group of that name was closed, if it is one of these; of its devices the canonical URIs, in their order. */
+  void closed(const std::string& name, std::vector<std::string> canonical);
 
   /** As they are now. */
   [[nodiscard]] std::vector<Absent> absent() const;

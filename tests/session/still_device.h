@@ -21,8 +21,9 @@ class StillDevice : public Device, public SlowToOpen {
   void safe() noexcept override {}
 
  protected:
-  StillDevice(const char* driver, std::string uri) {
+  StillDevice(const char* driver, std::string uri, std::string serial = {}) {
     info_.uri = std::move(uri);
+    info_.serial = std::move(serial);
     info_.driver = driver;
     info_.max_force = 5;
   }

@@ -91,7 +91,7 @@ TEST(Hardware, IsLookedForAside) {
   EXPECT_EQ(looks, 2);
 }
 
-/** Whoever names a serial number, or no device, waits for the buses, and nobody with him. */
+/** Whoever names a serial number, or no device, waits for the buses, and nobody with him; no group is missing here. */
 TEST(Hardware, OfASerialNumberIsLookedForAside) {
   Bench bench;
   DeviceManager& devices = bench.core.devices();

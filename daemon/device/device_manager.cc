@@ -382,8 +382,7 @@ bool DeviceManager::waitFor(const std::string& canonical, std::string_view text,
   for (Opening& opening : opening_) {
     if (!isAskedFor(opening.canonical, canonical)) continue;
     if (opening.waiting.size() >= kMostWaiting) {
-      done(Error{ErrorCode::kQuotaExceeded, canonical, fmt::format("{} wait for it to open, the most", kMostWaiting),
-                 "wait for the answers before asking again"});
+      done(tooManyWait(canonical, "wait for it to open"));
       return true;
     }
     opening.texts.emplace_back(text);

@@ -205,7 +205,7 @@ class DeviceManager {
   [[nodiscard]] std::vector<std::string> names() const;
   /**
    * What is found but not open: looked for aside, for buses take their time, and told by a later poll(). Who asks while
-   * somebody looks hears of the next look, together with all who do.
+   * somebody looks hears of the next look, together with all who do; kMostWaiting at most wait for looks.
    */
   using Found = std::function<void(const Result<std::vector<DeviceInfo>>&)>;
   void found(Found done);
@@ -270,6 +270,7 @@ class DeviceManager {
   Clock& clock_;
   MeshStore& meshes_;
   SceneModel& scene_;
+  [[nodiscard]] static Error tooManyWait(const std::string& where, const char* what);
   bool threads_;
   Maker make_;
   Finder find_;

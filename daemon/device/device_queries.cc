@@ -122,7 +122,13 @@ void DeviceManager::openChosen(std::string_view serial, Done done, const std::st
 
 void DeviceManager::look(Looked done) {
   ask_.push_back(std::move(done));
+Error DeviceManager::tooManyWait(const std::string& where, const char* what) {
+  return {ErrorCode::kQuotaExceeded, where, fmt::format("{} {}, the most", kMostWaiting, what),
+          "wait for the answers before asking again"};
+}
+
   if (looking_) return;
+  if (ask_.size() + asked_.size() >= kMostWaiting) return done(tooManyWait("devices", "wait for a look at them"));
   try {
     look();
   } catch (const std::bad_alloc&) {

@@ -91,6 +91,40 @@ TEST(Hardware, IsLookedForAside) {
   EXPECT_EQ(looks, 2);
 }
 
+/** Else who asks again and again, of a bus that stands, fills the memory. */
+TEST(Hardware, ManyWaitForALookAndNotAnyNumber) {
+  Bench bench;
+  DeviceManager& devices = bench.core.devices();
+  std::promise<void> go;
+  devices.setChooser(chooseDevice);
+  devices.setFinder([wait = go.get_future().share()] {
+    wait.wait();
+    return std::vector<DeviceFound>(1);
+  });
+  constexpr std::size_t kTooMany = 3;
+  std::size_t heard = 0, refused = 0;
+  const auto count = [&](const auto& answer) {
+    ++heard;
+    refused += !answer && answer.error().code == ErrorCode::kQuotaExceeded ? 1 : 0;
+  };
+  for (std::size_t i = 0; i < DeviceManager::kMostWaiting + kTooMany; ++i) {
+    if (i % 2 == 0) devices.found([&](const Result<std::vector<DeviceInfo>>& found) { count(found); });
+    if (i % 2 == 1) bench.core.openDevice("S1", bench.connection, [&](const Result<OpenDevice*>& d) { count(d); });
+  }
+  EXPECT_EQ(heard, kTooMany) << "at once";
+  EXPECT_EQ(refused, kTooMany);
+  Session* const session = bench.live();
+  EXPECT_TRUE(bench.arm(session->id).ok());
+  EXPECT_TRUE(bench.core.disarm(session->id).ok());
+  EXPECT_TRUE(bench.core.stop("", bench.connection).ok());
+  go.set_value();
+  EXPECT_TRUE(eventually([&] {
+    bench.core.poll();
+    return heard == DeviceManager::kMostWaiting + kTooMany;
+  }));
+  EXPECT_EQ(refused, kTooMany);
+}
+
 /** Whoever names a serial number, or no device, waits for the buses, and nobody with him; no group is missing here. */
 TEST(Hardware, OfASerialNumberIsLookedForAside) {
   Bench bench;

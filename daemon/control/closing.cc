@@ -17,6 +17,7 @@ bool harmless(const OpenDevice& device) {
 }  // namespace
 
 void Core::noteAsker(OpenDevice& device, const Client& by) const {
+  if (device.kept && payerOf(device) == nullptr) device.free = true;
   if (by.administration) device.kept = true;
   if (!clients_.has(by.connection)) return;  // It has left meanwhile.
   auto& askers = device.askers;

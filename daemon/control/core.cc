@@ -290,20 +290,28 @@ void Core::openDevice(std::string_view text, std::uint64_t connection, DeviceMan
 /** What a device holds counts for whoever asks for it, until he has left; for the administrator's nobody is charged. */
 DeviceManager::Admission Core::admissionFor(const Client& by) const {
   if (by.administration) return {};
-  return [this, uid = by.uid](const Device& device) -> Result<void> {
+  return [this, uid = by.uid, connection = by.connection](const Device& device) -> Result<void> {
     const std::uint64_t bytes = heldBytes(device);
-    const auto may = bytes == 0 ? Result<void>() : checkQuota(uid, bytes, 0);
+    if (bytes == 0) return {};
+    if (!clients_.has(connection)) return Error{ErrorCode::kTimeout, "connection", "the client has left", {}};
+    const auto may = checkQuota(uid, bytes, 0);
     if (may) return {};
     return Error{may.error().code, device.info().uri.substr(0, kMostWhere), "its recorded motion: " + may.error().what,
                  "thin the file out, drop meshes or close devices, or raise quotas.memory_mb in the configuration"};
   };
 }
 
+const Client* Core::payerOf(const OpenDevice& device) const {
+  for (const std::uint64_t asker : device.askers)
+    if (!client(asker).administration) return &client(asker);
+  return nullptr;
+}
+
 std::uint64_t Core::heldBytesOf(std::uint32_t uid) const {
   std::uint64_t sum = 0;
   for (const auto& device : devices_.devices()) {
-    const bool charged = device->asked_for && !device->kept && !device->askers.empty();
-    if (charged && client(device->askers.front()).uid == uid) sum += heldBytes(device->device());
+    const Client* const payer = device->asked_for && !device->free ? payerOf(*device) : nullptr;
+    if (payer != nullptr && payer->uid == uid) sum += heldBytes(device->device());
   }
   return sum;
 }

@@ -253,6 +253,8 @@ class Core {
   [[nodiscard]] DeviceManager::Admission admissionFor(const Client& by) const;
   [[nodiscard]] std::uint64_t heldBytesOf(std::uint32_t uid) const;
   void noteAsker(OpenDevice& device, const Client& by) const;
+  /** Whom a device that was asked for is charged to, unless it is free; or null. */
+  [[nodiscard]] const Client* payerOf(const OpenDevice& device) const;
   [[nodiscard]] bool mayClose(const OpenDevice& device, std::uint64_t connection) const;
   [[nodiscard]] bool unused(const OpenDevice& device) const;
   /** Why the devices of that group must not close yet. */

@@ -126,7 +126,7 @@ void DeviceManager::openGroup(const GroupConfig& group, GroupDone done, Turn tur
 }
 
 void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done,
-                          Turn turn, Admission admission) {
+                          Turn turn, std::list<Asker> asker) {
   std::list<GroupOpening> one(1);
   std::list<Opening> rows;
   GroupOpening& opening = one.front();
@@ -134,7 +134,7 @@ void DeviceManager::begin(const GroupConfig& group, std::vector<std::unique_ptr<
   opening.closed = std::move(made);
   opening.done = std::move(done);
   opening.turn = std::move(turn);
-  opening.admission = std::move(admission);
+  opening.asker = std::move(asker);
   for (std::size_t i = 0; i < opening.closed.size(); ++i) {
     opening.canonical.push_back(opening.closed[i]->info().uri);
     rows.push_back({opening.canonical.back(), {group.devices[i]}, {}});
@@ -198,17 +198,17 @@ bool DeviceManager::readyFor(const GroupOpening& opening) {
 void DeviceManager::finish(GroupOpening& opening) {
   Result<void> result;
   std::list<Opening> rows;
+  for (const std::string& canonical : opening.canonical) takeOpening(canonical, rows);
+  const bool asked = !opening.asker.empty();
+  if (asked) rows.front().waiting.splice(rows.front().waiting.begin(), opening.asker);
   try {
     result = std::move(opening.devices);
-    for (const auto& device : opening.open) {
-      if (result && opening.admission) result = opening.admission(*device);
-    }
+    if (result && asked) result = admit(*opening.open.front(), rows.front().waiting);
     if (result) result = adopt(opening.group, opening.open);
   } catch (const std::bad_alloc&) {
     result = Aside::noMemory();
   }
   if (!result) inMemory([&] { closeUnused(opening.open); });
-  for (const std::string& canonical : opening.canonical) takeOpening(canonical, rows);
   if (!result && groups_opening_.empty()) {
     meshes_.noServoComes();
     scene_.textures().noServoComes();
@@ -216,6 +216,7 @@ void DeviceManager::finish(GroupOpening& opening) {
   for (const Opening& row : rows) {
     OpenDevice* const device = result ? lookUp(row.canonical) : nullptr;
     if (device == nullptr) continue;
+    device->asked_for = asked;
     auto& aliases = device->aliases;
     for (const std::string& text : row.texts) {
       if (text == row.canonical || std::find(aliases.begin(), aliases.end(), text) != aliases.end()) continue;
@@ -224,13 +225,25 @@ void DeviceManager::finish(GroupOpening& opening) {
     if (on_opened_) on_opened_(*device);
   }
   culprit_ = std::move(opening.culprit);
-  inMemory([&] { opening.done(result); });
+  if (!asked) inMemory([&] { opening.done(result); });
   for (const Opening& row : rows) {
-    for (const Done& done : row.waiting) {
+    for (const Asker& one : row.waiting) {
+      const Result<void>& answer = one.may ? result : one.may;
       inMemory(
-          [&] { done(result ? Result<OpenDevice*>(lookUp(row.canonical)) : Result<OpenDevice*>(result.error())); });
+          [&] { one.done(answer ? Result<OpenDevice*>(lookUp(row.canonical)) : Result<OpenDevice*>(answer.error())); });
     }
   }
+}
+
+/** Before any of them is charged: whether a device lives for one of them. What an administrator had first is free. */
+Result<void> DeviceManager::admit(const Device& device, std::list<Asker>& askers) {
+  bool lives = false;
+  for (Asker& one : askers) {
+    if (!one.admission && !lives) return {};
+    if (one.admission) one.may = one.admission(device);
+    lives = lives || one.may;
+  }
+  return lives ? Result<void>() : askers.front().may;
 }
 
 void DeviceManager::takeOpening(const std::string& canonical, std::list<Opening>& to) noexcept {
@@ -351,9 +364,9 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
     canonical = made->info().uri;
     if (OpenDevice* device = lookUp(canonical)) return done(device);
     if (auto r = notClosing(canonical); !r) return done(r.error());
-    if (waitFor(canonical, uri, done)) return;
+    if (waitFor(canonical, uri, done, admission)) return;
   }
-  if (isConfigured(canonical, made.get(), uri, done)) return;
+  if (isConfigured(canonical, made.get(), uri, done, admission)) return;
   if (auto room = roomForGroup(fmt::format("device '{}'", log::printable(uri.substr(0, 200)))); !room)
     return done(room.error());
   if (!made) {
@@ -363,22 +376,19 @@ void DeviceManager::open(std::string_view uri, Done done, const std::string& wit
     made = std::move(*any);
     canonical = made->info().uri;
     if (auto r = notClosing(canonical); !r) return done(r.error());
-    if (waitFor(canonical, uri, done)) return;
-    if (isConfigured(canonical, made.get(), uri, done)) return;  // Now that it has a name.
+    if (waitFor(canonical, uri, done, admission)) return;
+    if (isConfigured(canonical, made.get(), uri, done, admission)) return;  // Now that it has a name.
   }
   std::vector<std::unique_ptr<Device>> one;
   one.push_back(std::move(made));
-  const auto told = [this, canonical, done = std::move(done)](const Result<void>& opened) {
-    if (!opened) return done(opened.error());
-    OpenDevice* const device = lookUp(canonical);
-    device->asked_for = true;
-    done(device);
-  };
-  begin(groupOf(uri), std::move(one), told, {}, std::move(admission));
+  std::list<Asker> asker(1);
+  asker.front().done = std::move(done);
+  asker.front().admission = std::move(admission);
+  begin(groupOf(uri), std::move(one), {}, {}, std::move(asker));
 }
 
 /** Whether that device is being opened: then `done` waits for it. */
-bool DeviceManager::waitFor(const std::string& canonical, std::string_view text, Done& done) {
+bool DeviceManager::waitFor(const std::string& canonical, std::string_view text, Done& done, Admission& admission) {
   for (Opening& opening : opening_) {
     if (!isAskedFor(opening.canonical, canonical)) continue;
     if (opening.waiting.size() >= kMostWaiting) {
@@ -386,7 +396,9 @@ bool DeviceManager::waitFor(const std::string& canonical, std::string_view text,
       return true;
     }
     opening.texts.emplace_back(text);
-    opening.waiting.push_back(std::move(done));
+    Asker& asker = opening.waiting.emplace_back();
+    asker.done = std::move(done);
+    asker.admission = std::move(admission);
     return true;
   }
   return false;

@@ -64,6 +64,7 @@ struct OpenDevice {
   std::vector<std::string> aliases;   ///< Other texts by which it was opened.
   bool asked_for = false;             ///< Open because somebody asked, not by the configuration.
   bool kept = false;                  ///< An administrator has asked for it: it stays when those who asked have left.
+  bool free = false;                  ///< Nobody is charged for what it holds: an administrator had it first.
   std::vector<std::uint64_t> askers;  ///< Connections that have asked for it and are still there.
 
   /** As a device that can do that. */
@@ -174,7 +175,8 @@ class DeviceManager {
   /**
    * The same without waiting: `done` is called now if there is nothing to wait for, else once by a later poll(). For a
    * serial, or any device, it looks aside for what there is, as found(). Who asks meanwhile for a device that is being
-   * opened waits for the same, kMostWaiting at most.
+   * opened waits for the same, kMostWaiting at most; it lives if any of them may have it, and each hears whether he
+   * may.
    */
   using Done = std::function<void(Result<OpenDevice*>)>;
   void open(std::string_view uri, Done done, const std::string& within = {}, Admission admission = {});
@@ -223,11 +225,17 @@ class DeviceManager {
   static constexpr std::int64_t kEnd_ns = 300'000'000;
 
  private:
+  /** Who waits for a device. */
+  struct Asker {
+    Done done;
+    Admission admission;
+    Result<void> may{};
+  };
   /** A device that is being opened, and who waits for it. */
   struct Opening {
     std::string canonical;
     std::vector<std::string> texts;  ///< By which it was asked for.
-    std::vector<Done> waiting;
+    std::list<Asker> waiting;
   };
   /** A group on its way: its devices are opened one after the other. */
   struct GroupOpening {
@@ -236,22 +244,23 @@ class DeviceManager {
     std::vector<std::string> canonical;
     GroupDone done;
     Turn turn;
-    Admission admission;
-    bool ended = false;    ///< All are open, or one has failed.
-    Result<void> devices;  ///< How.
-    std::string culprit;   ///< Which has failed.
+    std::list<Asker> asker;  ///< Who had it begun; none: the configuration.
+    bool ended = false;      ///< All are open, or one has failed.
+    Result<void> devices;    ///< How.
+    std::string culprit;     ///< Which has failed.
   };
   [[nodiscard]] Result<std::vector<std::unique_ptr<Device>>> makeGroup(const GroupConfig& group,
                                                                        const std::string& where,
                                                                        const std::string& within = {});
   [[nodiscard]] Result<void> openGroup(const GroupConfig& group, const std::string& within, const Admission& admission);
-  void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done, Turn turn = {},
-             Admission admission = {});
+  void begin(const GroupConfig& group, std::vector<std::unique_ptr<Device>> made, GroupDone done, Turn turn,
+             std::list<Asker> asker = {});
   void openNext(GroupOpening& opening);
   [[nodiscard]] bool readyFor(const GroupOpening& opening);
   void finish(GroupOpening& opening);
+  [[nodiscard]] static Result<void> admit(const Device& device, std::list<Asker>& askers);
   void takeOpening(const std::string& canonical, std::list<Opening>& to) noexcept;
-  bool waitFor(const std::string& canonical, std::string_view text, Done& done);
+  bool waitFor(const std::string& canonical, std::string_view text, Done& done, Admission& admission);
   [[nodiscard]] Result<void> adopt(const GroupConfig& group, std::vector<std::unique_ptr<Device>>& opened);
   [[nodiscard]] Result<void> show(GroupLink& link);
   void tellStart(OpenDevice& device, GroupLink& link) const;
@@ -261,6 +270,7 @@ class DeviceManager {
   /** All but the devices' limits. */
   GroupOptions options(const GroupConfig& group, const std::vector<std::unique_ptr<Device>>& devices) const;
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
+  [[nodiscard]] static Error tooManyWait(const std::string& where, const char* what);
   [[nodiscard]] Result<void> notClosing(const std::string& canonical) const;
   std::vector<std::string> letGo(GroupLink& link);
   void closeUnused(std::vector<std::unique_ptr<Device>>& devices);
@@ -270,7 +280,6 @@ class DeviceManager {
   Clock& clock_;
   MeshStore& meshes_;
   SceneModel& scene_;
-  [[nodiscard]] static Error tooManyWait(const std::string& where, const char* what);
   bool threads_;
   Maker make_;
   Finder find_;
@@ -297,7 +306,8 @@ class DeviceManager {
     DeviceManager& of;
   };
   [[nodiscard]] Result<std::string> advised(const std::string& canonical, const Device* made);
-  bool isConfigured(const std::string& canonical, const Device* made, std::string_view text, Done& done);
+  bool isConfigured(const std::string& canonical, const Device* made, std::string_view text, Done& done,
+                    Admission& admission);
 
   std::list<Looked> ask_, asked_;                    ///< To be told of the next look, and of the one under way.
   const std::vector<DeviceFound>* found_ = nullptr;  ///< While there is a Known.

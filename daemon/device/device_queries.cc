@@ -92,11 +92,12 @@ Result<std::string> DeviceManager::advised(const std::string& canonical, const D
 }
 
 /** Whether it is, or is about to be, open as the configuration wants it, or cannot be. */
-bool DeviceManager::isConfigured(const std::string& canonical, const Device* made, std::string_view text, Done& done) {
+bool DeviceManager::isConfigured(const std::string& canonical, const Device* made, std::string_view text, Done& done,
+                                 Admission& admission) {
   if (!advice_) return false;
   const auto meant = advised(canonical, made);
   OpenDevice* const device = meant ? lookUp(*meant) : nullptr;
-  if (meant && device == nullptr) return !meant->empty() && waitFor(*meant, text, done);
+  if (meant && device == nullptr) return !meant->empty() && waitFor(*meant, text, done, admission);
   done(meant ? Result<OpenDevice*>(device) : Result<OpenDevice*>(meant.error()));
   return true;
 }
@@ -109,7 +110,8 @@ void DeviceManager::openChosen(std::string_view serial, Done done, const std::st
     if (serial.empty() && !devices_.empty()) return done(devices_.front().get());  // Opened meanwhile.
     if (OpenDevice* device = lookUp(serial)) return done(device);
     Done any = done;
-    if (serial.empty() && isConfigured({}, nullptr, {}, any)) return;
+    Admission of_any = admission;
+    if (serial.empty() && isConfigured({}, nullptr, {}, any, of_any)) return;
     const auto uri = choose_(serial, found.value());
     if (!uri) return done(uri.error());
     const auto opened = [this, serial, done](const Result<OpenDevice*>& device) {
@@ -120,15 +122,15 @@ void DeviceManager::openChosen(std::string_view serial, Done done, const std::st
   });
 }
 
-void DeviceManager::look(Looked done) {
-  ask_.push_back(std::move(done));
 Error DeviceManager::tooManyWait(const std::string& where, const char* what) {
   return {ErrorCode::kQuotaExceeded, where, fmt::format("{} {}, the most", kMostWaiting, what),
           "wait for the answers before asking again"};
 }
 
-  if (looking_) return;
+void DeviceManager::look(Looked done) {
   if (ask_.size() + asked_.size() >= kMostWaiting) return done(tooManyWait("devices", "wait for a look at them"));
+  ask_.push_back(std::move(done));
+  if (looking_) return;
   try {
     look();
   } catch (const std::bad_alloc&) {

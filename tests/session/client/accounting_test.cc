@@ -7,9 +7,8 @@
 #include <optional>
 
 #include "daemon/builder/build.h"
-#include "drivers/link/holds_memory.h"
 #include "tests/session/bench.h"
-#include "tests/session/still_device.h"
+#include "tests/session/holding_device.h"
 #include "tests/support/shape/texture_upload.h"
 #include "tests/unit/builder/meshes.h"
 
@@ -130,24 +129,6 @@ TEST_F(Accounting, AGroupsMonitorIsLocked) {
   ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3", bench.connection).ok());
   EXPECT_EQ(bench.core.lockedBytes() - before, GroupLink::monitorBytes());
 }
-
-/** As one with a recorded motion. */
-class HoldingDevice final : public StillDevice, public HoldsMemory {
- public:
-  HoldingDevice(std::string uri, std::size_t bytes, std::shared_ptr<std::atomic<int>> open)
-      : StillDevice("holding", std::move(uri)), bytes_(bytes), open_(std::move(open)) {}
-  Result<void> open() override {
-    ++*open_;
-    return {};
-  }
-  void giveUp() noexcept override {}
-  void close() noexcept override { --*open_; }
-  [[nodiscard]] std::size_t heldBytes() const noexcept override { return bytes_; }
-
- private:
-  std::size_t bytes_;
-  std::shared_ptr<std::atomic<int>> open_;
-};
 
 /** Whether it is waited for or not; who may not have it has none open, and hears what to do. */
 TEST_F(Accounting, ARecordedMotionCountsForWhoeverHasAskedForIt) {

@@ -95,6 +95,7 @@ TEST_F(Sharing, OfThoseWhoWaitEachNeedsRoomForIt) {
 }
 
 TEST_F(Sharing, WhoTakesItOverFromOneWhoHasLeftNeedsRoomToo) {
+  const std::uint64_t listener = bench.core.events().subscribe(0, [] {});
   (void)fill(bench.connection);
   for (const std::uint64_t by : {other, bench.connection}) ask(by);
   bench.core.disconnect(other);
@@ -102,6 +103,9 @@ TEST_F(Sharing, WhoTakesItOverFromOneWhoHasLeftNeedsRoomToo) {
   EXPECT_EQ(*open, 0);
   EXPECT_EQ(bytesOf(bench.connection), 1000u);
   EXPECT_EQ(bench.core.devices().devices().size(), 1u);
+  const auto events = bench.core.events().take(listener).events;
+  EXPECT_TRUE(std::ranges::none_of(events, [](const Event& one) { return one.kind == EventKind::kDeviceAdded; }))
+      << "it was there for nobody";
 }
 
 /** It stays charged to whoever has asked for it, and is there; what was the administrator's is free. */

@@ -44,7 +44,16 @@ struct Sharing : testing::Test {
   [[nodiscard]] std::uint64_t bytesOf(std::uint64_t connection) const {
     return bench.core.bytesOf(bench.core.client(connection).uid);
   }
-  void close() { EXPECT_TRUE(bench.core.closeDevice(kUri, bench.administration).ok()); }
+  void close() {
+    const auto closed = bench.core.closeDevice(kUri, bench.administration);
+    EXPECT_TRUE(closed.ok() || closed.error().code == ErrorCode::kTimeout) << toString(closed.error());
+    untilClosed();
+  }
+  /** Its driver lets go on a thread, which may find no processor. */
+  void untilClosed() {
+    while (bench.core.devices().isClosing(kUri)) bench.step();
+    EXPECT_EQ(*open, 0);
+  }
 
   static Config small() {
     Config config = Bench::relaxed();
@@ -75,7 +84,8 @@ TEST_F(Sharing, OfThoseWhoWaitEachNeedsRoomForIt) {
   EXPECT_EQ(bytesOf(third), kMost);
   bench.core.disconnect(third);
   bench.step(200);
-  EXPECT_EQ(*open, 0) << "as what somebody asked for it goes with them";
+  untilClosed();
+  EXPECT_EQ(bench.core.devices().devices().size(), 1u) << "as what somebody asked for it goes with them";
 
   const std::uint64_t fourth = *bench.core.connect(104, 1003, false);
   for (const std::uint64_t by : {fourth, bench.connection}) ask(by);
@@ -84,7 +94,7 @@ TEST_F(Sharing, OfThoseWhoWaitEachNeedsRoomForIt) {
   (void)fill(fourth);
   for (const std::uint64_t by : {fourth, bench.connection}) ask(by);
   EXPECT_THAT(heard(), ElementsAre(of("1003"), of("1000")));
-  EXPECT_EQ(*open, 0);
+  untilClosed();
   EXPECT_EQ(bench.core.devices().devices().size(), 1u);
 
   bench.core.uploads().cancel(filled);
@@ -100,7 +110,7 @@ TEST_F(Sharing, WhoTakesItOverFromOneWhoHasLeftNeedsRoomToo) {
   for (const std::uint64_t by : {other, bench.connection}) ask(by);
   bench.core.disconnect(other);
   EXPECT_THAT(heard().back(), HasSubstr("user 1000"));
-  EXPECT_EQ(*open, 0);
+  untilClosed();
   EXPECT_EQ(bytesOf(bench.connection), 1000u);
   EXPECT_EQ(bench.core.devices().devices().size(), 1u);
   const auto events = bench.core.events().take(listener).events;
@@ -130,10 +140,8 @@ TEST_F(Sharing, AnAdministratorWhoAsksForItTooRelievesNobody) {
   for (const std::uint64_t by : {other, bench.administration, third}) ask(by);
   EXPECT_THAT(heard(), ElementsAre(HasSubstr("user 1001"), "had", "had"));
   EXPECT_EQ(bytesOf(third), 0u);
-  const std::uint64_t administration = *bench.core.connect(105, 0, true);
   bench.core.disconnect(bench.administration);
   EXPECT_EQ(bytesOf(third), 0u) << "as little when he leaves";
-  EXPECT_TRUE(bench.core.closeDevice(kUri, administration).ok());
 }
 
 }  // namespace

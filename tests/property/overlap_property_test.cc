@@ -66,7 +66,7 @@ TEST(OverlapProperty, TheWayPartsThemAndIsNearlyTheLeast) {
     EXPECT_NEAR(parting.first + parting.second - parting.n.dot(pair.X[1].p - pair.X[0].p), way, 1e-7);
   });
   EXPECT_LE(longer, looked / 20);
-  EXPECT_LE(little_longer, looked / 9);
+  EXPECT_LE(little_longer, looked / 8);
 }
 
 TEST(OverlapProperty, BallsPartAlongTheirMiddlesAndThroughTheNearestFace) {

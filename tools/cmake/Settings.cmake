@@ -11,7 +11,7 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
-if(HAPTICD_SANITIZE)
+if(HAPTICD_SANITIZE MATCHES "address")
   # Checks at every access leave the optimizer little to do and take two thirds of the compiler's time: only what computes for long has it
   # (hapticd_computes).
   set(CMAKE_CXX_FLAGS_RELEASE "-O0 -DNDEBUG")
@@ -109,9 +109,9 @@ function(hapticd_unity target)
   endif()
 endfunction()
 
-# hapticd_computes(TARGET): computes for so long that it is optimized under a sanitizer, too.
+# hapticd_computes(TARGET): computes for so long that it is optimized under the address sanitizer, too.
 function(hapticd_computes target)
-  if(HAPTICD_SANITIZE)
+  if(HAPTICD_SANITIZE MATCHES "address")
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
 endfunction()

@@ -91,16 +91,21 @@ TEST(Hardware, IsLookedForAside) {
   EXPECT_EQ(looks, 2);
 }
 
+/** A look at the buses that finds that, once it may go on. */
+void stand(DeviceManager& devices, std::promise<void>& go, std::vector<DeviceFound> found) {
+  devices.setChooser(chooseDevice);
+  devices.setFinder([wait = go.get_future().share(), found = std::move(found)] {
+    wait.wait();
+    return found;
+  });
+}
+
 /** Else who asks again and again, of a bus that stands, fills the memory. */
 TEST(Hardware, ManyWaitForALookAndNotAnyNumber) {
   Bench bench;
   DeviceManager& devices = bench.core.devices();
   std::promise<void> go;
-  devices.setChooser(chooseDevice);
-  devices.setFinder([wait = go.get_future().share()] {
-    wait.wait();
-    return std::vector<DeviceFound>(1);
-  });
+  stand(devices, go, std::vector<DeviceFound>(1));
   constexpr std::size_t kTooMany = 3;
   std::size_t heard = 0, refused = 0;
   const auto count = [&](const auto& answer) {
@@ -130,16 +135,12 @@ TEST(Hardware, OfASerialNumberIsLookedForAside) {
   Bench bench;
   DeviceManager& devices = bench.core.devices();
   std::promise<void> go;
-  devices.setChooser(chooseDevice);
-  devices.setFinder([wait = go.get_future().share()] {
-    wait.wait();
-    std::vector<DeviceFound> found(2);
-    found[0].info.uri = "test://of-no-serial";
-    found[1].info.uri = "test://by-serial";
-    found[1].info.serial = "S1";
-    found[1].real = true;
-    return found;
-  });
+  std::vector<DeviceFound> found(2);
+  found[0].info.uri = "test://of-no-serial";
+  found[1].info.uri = "test://by-serial";
+  found[1].info.serial = "S1";
+  found[1].real = true;
+  stand(devices, go, std::move(found));
   std::vector<std::string> answers;
   const auto ask = [&](const char* text) {
     bench.core.openDevice(text, bench.connection, [&](const Result<OpenDevice*>& device) {

@@ -1,5 +1,6 @@
 // How devices close: at a client's wish, and by themselves when nobody wants them any more.
 #include <algorithm>
+#include <new>
 
 #include "daemon/control/core.h"
 #include "daemon/log/log.h"
@@ -72,7 +73,11 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   }
   if (auto r = devices_.endServo(*device.link); !r) return r;  // It may yet write what sessions that ended have mapped.
   const SessionManager::Ended ended = sessions_.takeEnded(*link);
-  tellMissed(*link, true);
+  try {
+    tellMissed(*link, true);
+  } catch (const std::bad_alloc&) {  // The devices must go all the same.
+    events_.lost(1);
+  }
   const auto closed = devices_.close(device);
   if (!closed) return closed.error();
   recordings_.groupClosed(*link);

@@ -21,9 +21,9 @@ double JointStep::reserveOf(std::uint8_t island) const HD_RT {
 }
 
 /**
- * Work of what moves as told. Between two that close no motion of a body is one that both allow: impulses grow without
- * end, and where such a press lets go it would fling the body at any speed, as if it were infinitely strong. So it
- * brings bodies to no more than kMostSqueezed times its own speed.
+ * Work of what moves as told, by itself or beside its body. Between two that close no motion of a body is one that both
+ * allow: impulses grow without end, and where such a press lets go it would fling the body at any speed, as if it were
+ * infinitely strong. So it brings bodies to no more than kMostSqueezed times its own speed.
  */
 double JointStep::givenTo(std::uint8_t island) const HD_RT {
   const auto isTool = [&](std::uint8_t mover) HD_RT { return mover != kFixed && mover_[mover].tool != nullptr; };
@@ -32,7 +32,6 @@ double JointStep::givenTo(std::uint8_t island) const HD_RT {
   for (std::uint32_t i = 0; i < touches_; ++i) {
     if (!joins(i, island)) continue;
     on_hand = on_hand || (lambda_[i][0] > 0 && (isTool(pair_[i].a) || isTool(pair_[i].b)));
-    if (pair_[i].b != kFixed) continue;
     given += (row_[i].axes * lambda_[i]).dot(touch_[i].moving);
     fastest = std::max(fastest, touch_[i].moving.norm());
   }

@@ -137,7 +137,7 @@ void JointStep::tell() HD_RT {
     const Mover& a = mover_[pair_[i].a];
     if (a.tool == nullptr || lambda_[i].isZero(0)) continue;
     const Vec3 j = row_[i].axes * lambda_[i];
-    const Vec3 moving = pair_[i].b == kFixed ? touch_[i].moving : velocityAt(mover_[pair_[i].b].V, touch_[i].r_b);
+    const Vec3 moving = touch_[i].moving + velocityAt(twistOf(pair_[i].b), touch_[i].r_b);
     ++a.out->touching;
     a.out->contact.force += j / dt_;
     a.out->contact.torque += touch_[i].r_a.cross(j) / dt_;

@@ -37,7 +37,11 @@ class JointStep {
   std::uint8_t add(FreeBody& body) HD_RT;
   /** The body with that number has been given another motion since it was added. */
   void moved(std::uint8_t mover) HD_RT { mover_[mover].V = mover_[mover].body->freeTwist(gravity_, dt_); }
-  /** Between movers a and b, or a and what moves as told; r_b counts from b's centre of mass. False: no room. */
+  /**
+   * Between movers a and b, or a and what moves as told; r_b counts from b's centre of mass. What is moved as told
+   * beside how b moves, a part of it by its motor, has that speed in `moving`, and a and b get opposite impulses.
+   * False: no room.
+   */
   bool add(Touch touch, std::uint8_t a, std::uint8_t b) HD_RT;
   void solve() HD_RT;
 

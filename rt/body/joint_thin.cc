@@ -12,6 +12,7 @@ namespace {
 constexpr double kSameNormal = 1e-6;  ///< One minus the cosine: 1.4 mrad.
 constexpr std::uint32_t kLeast = 4;   ///< Of a group: a triangle implies nothing of its corners.
 constexpr double kSameGap = 1e-6;     ///< A gap may be so much narrower than the others imply [m].
+constexpr double kSameSpeed = 1e-9;   ///< What is moved beside its body faster than that moves by itself [m/s].
 
 /** A touch in the plane that a group of them shares. */
 struct Spot {
@@ -63,6 +64,11 @@ bool JointStep::isOfSameFaces(std::uint32_t i, std::uint32_t j) const HD_RT {
   const bool same = p.a == q.a && p.b == q.b;
   if (!same && !(p.a == q.b && p.b == q.a)) return false;
   if (p.b == kFixed && slotOf(touch_[i]) != slotOf(touch_[j])) return false;
+  const Vec3 moving = same ? touch_[j].moving : Vec3(-touch_[j].moving);
+  if (p.b != kFixed && !(same && slotOf(touch_[i]) == slotOf(touch_[j])) &&
+      (touch_[i].moving - moving).norm() > kSameSpeed) {
+    return false;  // Parts of one body, moved differently.
+  }
   if (touch_[i].friction != touch_[j].friction || touch_[j].give > 0) return false;
   const double along = touch_[i].n.dot(touch_[j].n);
   return 1 - (same ? along : -along) < kSameNormal;

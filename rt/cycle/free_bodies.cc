@@ -209,7 +209,14 @@ void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at, co
   if (entry.mover != kNone) joint_.moved(entry.mover);  // A tool that touches it has added it to the joint step.
 }
 
-/** Contact i of body k as it stands now. Against a body that moves r_b counts, else `moving`. */
+Twist FreeBodies::motionWithin(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
+  const std::uint32_t own = objectSlot(entry_[k].object);
+  if (slot == own) return Twist{};
+  const SceneObject &whole = scene.slot(own), &part = scene.slot(slot);
+  return {part.V_WO.v - whole.velocityAt(part.X_WO.p), part.V_WO.w - whole.V_WO.w};
+}
+
+/** Contact i of body k as it stands now. Of what is of a body r_b counts, and `moving` beside how that moves. */
 Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT {
   const Entry& entry = entry_[k];
   const RigidBody& mine = entry.body.body;
@@ -218,17 +225,12 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   const SceneObject& object = scene.slot(slot);
   const SceneObject& self = scene.slot(objectSlot(entry.object));
   const std::uint8_t other = find(slot);
-  Touch touch;
-  if (other != kNone) {
-    const Pose there = poseOf(scene, other, slot);
-    touch = entry.model.touch(i, mine.pose(), mine.com(), there, Twist{});
-    rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), Vec3::Zero(), touch);
-    touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
-  } else {
-    const Twist V = isOld(scene, k, slot) ? Twist{} : object.V_WO;
-    touch = entry.model.touch(i, mine.pose(), mine.com(), object.X_WO, V);
-    rollTo({self.shape, mine.pose()}, feature, {object.shape, object.X_WO}, mine.com(), V.w, touch);
-  }
+  const Pose there = other != kNone ? poseOf(scene, other, slot) : object.X_WO;
+  Twist V;
+  if (!isOld(scene, k, slot)) V = other != kNone ? motionWithin(scene, other, slot) : object.V_WO;
+  Touch touch = entry.model.touch(i, mine.pose(), mine.com(), there, V);
+  rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), V.w, touch);
+  if (other != kNone) touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
   // Two coefficients make one: the geometric mean is common.
   touch.friction = std::sqrt(self.material.friction_static * object.material.friction_static);
   if (feature == kWayOut) touch.friction = 0;  // Nothing rubs there.
@@ -263,14 +265,10 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
     lies = lies || touch.gap < kSupport;
     if (touch.gap > kTouching) continue;
     grip = std::min(grip, touch.friction);
+    if (touch.moving.norm() > kStirring) entry.body.wake();
     const std::uint8_t other = find(slot);
-    if (other == kNone) {
-      if (touch.moving.norm() > kStirring) entry.body.wake();
-      continue;
-    }
+    if (other == kNone) continue;
     const auto moves = [](const Entry& e) HD_RT { return !e.body.asleep() && e.age < kStale; };
-    // A part that a client moves while the rest of its body sleeps.
-    if (entry_[other].body.asleep() && scene.slot(slot).V_WO.v.norm() > kStirring) entry.body.wake();
     if (entry_[other].body.asleep() && moves(entry)) entry_[other].body.wake();
     if (entry.body.asleep() && moves(entry_[other])) entry.body.wake();
   }

@@ -56,6 +56,8 @@ class FreeBodies {
   [[nodiscard]] const FreeBody& body(std::uint8_t k) const HD_RT { return entry_[k].body; }
   /** Where the object in that slot, found to be of body k, stands now that the body may have gone on. */
   [[nodiscard]] Pose poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
+  /** How a client moves the object in that slot, found to be of body k, beside how that moves; of its origin. */
+  [[nodiscard]] Twist motionWithin(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
   /** Whether no answer has seen it yet where somebody has put it. */
   [[nodiscard]] bool wasPut(std::uint8_t k) const HD_RT { return entry_[k].asked < entry_[k].arrived; }
   /** Tick in which what is in that slot, or the body that it is of, last came where it is by no motion. */

@@ -78,15 +78,12 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     body_of_[touches_] = body;
     Touch& touch = touch_[touches_++];
     const std::uint32_t feature = model_.point[i].feature();
-    if (body != FreeBodies::kNone) {
-      const Pose there = bodies.poseOf(scene, body, slot);
-      touch = model_.touch(i, X_WA, com, there, Twist{});
-      rollTo({self.shape, X_WA}, feature, {object.shape, there}, com, Vec3::Zero(), touch);
-      touch.r_b = com + touch.r_a - bodies.body(body).body.com();
-    } else {
-      touch = model_.touch(i, X_WA, com, object.X_WO, object.V_WO);
-      rollTo({self.shape, X_WA}, feature, {object.shape, object.X_WO}, com, object.V_WO.w, touch);
-    }
+    const bool loose = body != FreeBodies::kNone;
+    const Pose there = loose ? bodies.poseOf(scene, body, slot) : object.X_WO;
+    const Twist V = loose ? bodies.motionWithin(scene, body, slot) : object.V_WO;
+    touch = model_.touch(i, X_WA, com, there, V);
+    rollTo({self.shape, X_WA}, feature, {object.shape, there}, com, V.w, touch);
+    if (loose) touch.r_b = com + touch.r_a - bodies.body(body).body.com();
     touch.friction = object.material.friction_static;
   }
   yieldTo(scene);
@@ -128,8 +125,8 @@ void HeldTool::render(const Twist& velocity, const Pose& device, double dt, Free
     step_.on_device.torque += torque + arm.cross(force);
     const Vec3 at = tool_.body().com() + touch.r_a;
     const std::uint8_t body = body_of_[i];
-    step_.obstacle_work +=
-        dt * force.cwiseProduct(body != FreeBodies::kNone ? bodies.velocityAt(body, at) : touch.moving);
+    const Vec3 carried = body != FreeBodies::kNone ? bodies.velocityAt(body, at) : Vec3(Vec3::Zero());
+    step_.obstacle_work += dt * force.cwiseProduct(carried + touch.moving);
     stored_ += 0.5 * k / pushing * touch.gap * touch.gap;
     ++step_.touching;
     if (body != FreeBodies::kNone) bodies.push(body, -dt * force, at);

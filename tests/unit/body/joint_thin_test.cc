@@ -144,6 +144,43 @@ TEST_F(JointThin, NoTouchIsForgotten) {
   }
 }
 
+/** A client moves one of two parts of the lower box along the face: it rubs otherwise than the rest, from either side.
+ */
+TEST_F(JointThin, PartsOfABodyThatAreMovedOtherwiseStay) {
+  for (const bool turned : {false, true}) {
+    for (const double speed : {0.0, 0.1}) {
+      std::vector<FreeBody> boxes;
+      for (const double z : {0.03, 0.01}) {
+        FreeBody box(MassProperties::ofBox(0.1, {0.04, 0.06, 0.02}), 0, true);
+        box.body.place({{0, 0, z}, Quat::Identity()});
+        boxes.push_back(box);
+      }
+      joint->begin(1e-3, Vec3::Zero());
+      for (FreeBody& box : boxes) (void)joint->add(box);
+      for (int i = 0; i < 9; ++i) {
+        const bool middle = i == 4;
+        const Vec3 at(0.02 * (i % 3 - 1), 0.03 * (i / 3 - 1), 0.02);
+        Touch touch;
+        touch.key = static_cast<std::uint64_t>(i + 1) | (middle ? 1ULL << 24 : 0);
+        touch.friction = 0.4;
+        touch.r_a = at - boxes[0].body.com();
+        touch.r_b = at - boxes[1].body.com();
+        if (middle) touch.moving.x() = speed;
+        if (middle && turned) {
+          std::swap(touch.r_a, touch.r_b);
+          touch.n = -touch.n;
+          touch.moving = -touch.moving;
+          ASSERT_TRUE(joint->add(touch, 1, 0));
+        } else {
+          ASSERT_TRUE(joint->add(touch, 0, 1));
+        }
+      }
+      joint->solve();
+      EXPECT_EQ(kept(), speed > 0 ? 5U : 4U) << turned;
+    }
+  }
+}
+
 TEST_F(JointThin, TouchesOfOtherThingsOtherFacesAndOtherMaterialsStay) {
   const auto middle = [](int i) { return i == kMiddle; };
   step([&](int i, Touch& touch) { touch.friction = middle(i) ? 0.5 : 0.4; });

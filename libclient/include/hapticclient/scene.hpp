@@ -26,6 +26,13 @@ namespace detail {
 inline int callProgress(float fraction, const char* stage, void* user) {
   return (*static_cast<const Progress*>(user))(fraction, stage) ? 0 : 1;
 }
+
+/** Of the daemon last connected to; 0: none can be told. */
+inline std::uint64_t epochOf(haptic_client* client) noexcept {
+  haptic_daemon_info* info = nullptr;
+  if (haptic_get_daemon_info(client, &info, nullptr) != HAPTIC_OK) return 0;
+  return Reply<haptic_daemon_info>(info)->epoch;
+}
 }  // namespace detail
 
 /** A mesh being filled in the daemon's memory. Destroyed uncommitted, it is cancelled. */
@@ -67,21 +74,26 @@ class Upload {
   std::uint32_t vertices_, triangles_;
 };
 
-/** An object of the scene that is removed with this handle, unless released. */
+/**
+ * An object of the scene that is removed with this handle, unless released. One that has taken its name since, made
+ * anew or in a restarted daemon, stays.
+ */
 class Object {
  public:
-  Object(std::weak_ptr<haptic_client> client, std::string name, std::uint32_t id)
-      : client_(std::move(client)), name_(std::move(name)), id_(id) {}
+  /** `epoch`: of the daemon that made it. */
+  Object(std::weak_ptr<haptic_client> client, std::string name, std::uint32_t id, std::uint64_t epoch)
+      : client_(std::move(client)), name_(std::move(name)), id_(id), epoch_(epoch) {}
   Object(Object&& other) noexcept = default;  // a weak pointer that was moved from is empty
   Object& operator=(Object&& other) noexcept {
     std::swap(client_, other.client_);
     std::swap(name_, other.name_);
     std::swap(id_, other.id_);
+    std::swap(epoch_, other.epoch_);
     std::swap(removes_, other.removes_);
     return *this;
   }
   ~Object() {
-    if (const auto client = client_.lock(); client && removes_)
+    if (const auto client = client_.lock(); client && removes_ && stands(client.get()))
       haptic_object_remove(client.get(), name_.c_str(), nullptr);
   }
 
@@ -125,9 +137,19 @@ class Object {
   }
 
  private:
+  /** Whether what bears the name is what this handle made: numbers are given out anew by each daemon. */
+  [[nodiscard]] bool stands(haptic_client* client) const noexcept {
+    haptic_object_state* state = nullptr;
+    if (detail::epochOf(client) != epoch_ || haptic_object_find(client, name_.c_str(), &state, nullptr) != HAPTIC_OK)
+      return false;
+    const Reply<haptic_object_state> found(state);
+    return found->id == id_;
+  }
+
   std::weak_ptr<haptic_client> client_;
   std::string name_;
   std::uint32_t id_;
+  std::uint64_t epoch_;
   bool removes_ = true;
 };
 
@@ -138,9 +160,10 @@ class Scene {
 
   Result<Object> create(const haptic_object& object) {
     std::uint32_t id = 0;
+    const std::uint64_t epoch = detail::epochOf(client_.lock().get());
     auto done = detail::run([&](auto* e) { return haptic_object_create(client_.lock().get(), &object, &id, e); });
     if (!done) return done.error();
-    return Object(client_, object.name, id);
+    return Object(client_, object.name, id, epoch);
   }
   Result<void> remove(const std::string& name) {
     return detail::run([&](auto* e) { return haptic_object_remove(client_.lock().get(), name.c_str(), e); });

@@ -1,0 +1,62 @@
+// Handles of objects whose name was taken by another since.
+#include <gtest/gtest.h>
+
+#include <hapticclient/hapticclient.hpp>
+#include <optional>
+#include <utility>
+
+#include "tests/support/process/daemon_fixture.h"
+
+namespace hapticd::test {
+namespace {
+
+class ObjectHandle : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(daemon_.running()) << daemon_.log();
+    auto client = haptic::Client::connect({daemon_.socket(), "maker"});
+    ASSERT_TRUE(client) << client.error().message();
+    client_.emplace(std::move(*client));
+  }
+  [[nodiscard]] haptic::Result<haptic::Object> makeBall() {
+    haptic_object ball = HAPTIC_OBJECT_INIT;
+    ball.name = "ball";
+    ball.shape = {HAPTIC_SHAPE_SPHERE, 0, {0.01, 0, 0}, 0};
+    return client_->scene().create(ball);
+  }
+  [[nodiscard]] bool ballStands() { return client_->scene().find("ball").ok(); }
+
+  DaemonFixture daemon_{{.program = HAPTICD_PROGRAM}};
+  std::optional<haptic::Client> client_;
+};
+
+TEST_F(ObjectHandle, RemovesNothingOfARestartedDaemon) {
+  auto ball = makeBall();
+  ASSERT_TRUE(ball) << ball.error().message();
+  daemon_.kill();
+  ASSERT_TRUE(daemon_.start()) << daemon_.log();
+  ASSERT_TRUE(client_->reconnect());
+  {
+    auto made = makeBall();
+    ASSERT_TRUE(made) << made.error().message();
+    ASSERT_EQ(made->id(), ball->id()) << "each daemon counts anew, so that the number alone says nothing";
+    *ball = std::move(*made);  // What was held goes with `made`.
+  }
+  EXPECT_TRUE(ballStands());
+  EXPECT_TRUE(ball->setFlags(HAPTIC_OBJECT_ENABLED));
+  { const haptic::Object last = std::move(*ball); }
+  EXPECT_FALSE(ballStands()) << "its own it removes";
+}
+
+TEST_F(ObjectHandle, RemovesNoOtherObjectOfItsName) {
+  auto ball = makeBall();
+  ASSERT_TRUE(ball) << ball.error().message();
+  ASSERT_TRUE(client_->scene().remove("ball"));
+  auto second = makeBall();
+  ASSERT_TRUE(second) << second.error().message();
+  { const haptic::Object first = std::move(*ball); }
+  EXPECT_TRUE(ballStands());
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -70,7 +70,8 @@ Failure askSession(haptic_session& session, Opened& fresh, RegionBytes& bytes) {
     bytes = {info.getRegionABytes(), info.getRegionBBytes()};
     fresh.device = std::make_unique<capnp::MallocMessageBuilder>();
     fresh.device->setRoot(info.getDevice());
-    if (session.uri.empty()) session.uri = info.getDevice().getUri().cStr();  // a reopening gets the same device
+    // A reopening gets the same device: names are given out anew by each daemon, in its devices' order.
+    session.uri = info.getDevice().getUri().cStr();
   });
 }
 

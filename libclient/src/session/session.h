@@ -70,7 +70,8 @@ struct haptic_session final : hapticd::client::Dependent {
   [[nodiscard]] int check() const noexcept;
 
   std::shared_ptr<hapticd::client::Connection> connection;
-  std::string uri, name;
+  std::string uri;  ///< As asked for; of the device itself once it was opened.
+  std::string name;
   std::unique_ptr<hapticd::client::Opened> opened;
   std::atomic<bool> alive{false};
   int refused = HAPTIC_OK;  ///< Code of the last push, and why. Pushing thread.

@@ -279,7 +279,8 @@ class DaemonServer final : public proto::Daemon::Server {
   }
   kj::Promise<void> openSession(OpenSessionContext context) override {
     auto results = context.getResults();
-    if (context.getParams().getUri() == "sim://none") {
+    const std::string asked = context.getParams().getUri().cStr();
+    if (asked == "sim://none") {
       refuse(results.initStatus(), 2, "sim://none", "no such device", "see hapticctl list");
       return kj::READY_NOW;
     }
@@ -287,7 +288,7 @@ class DaemonServer final : public proto::Daemon::Server {
     auto info = results.initInfo();
     info.setId(7);
     info.setEpoch(inside_.now().epoch);
-    info.initDevice().setUri("sim://one");
+    info.initDevice().setUri(asked.find("://") == std::string::npos ? inside_.now().device : asked);
     info.setDeviceCount(1);
     info.setPeriodNs(1'000'000);
     info.setRegionABytes(sizeof(hd_region_a));

@@ -19,6 +19,7 @@ struct Script {
   std::uint16_t protocol_major = 1;
   std::uint64_t epoch = 1;
   bool administration = false;
+  std::string device = "sim://one";           ///< What it opens for whatever is no URI.
   bool dawdle = false;                        ///< Never answers listDevices(), nor arm().
   std::uint16_t refuse_arm = 0;               ///< A code for arm().
   std::uint16_t refuse_subscribe = 0;         ///< A code for subscribe().

@@ -373,6 +373,22 @@ TEST_F(SessionTest, ReopensOnTheSameDeviceAfterARestart) {
   EXPECT_EQ(slot.seq, 1u);
 }
 
+/** Names are given out in the order in which a daemon opens its devices. */
+TEST_F(SessionTest, ReopensTheDeviceItHadWhateverBearsItsNameByThen) {
+  auto named = client_->openSession("sim2");
+  ASSERT_TRUE(named) << named.error().message();
+  ASSERT_STREQ((*named->describe())->device->uri, "sim://one");
+  daemon_ = nullptr;
+  Script script;
+  script.device = "sim://two";
+  start(script);
+  ASSERT_TRUE(eventually([&] { return !client_->connected(); }));
+  ASSERT_TRUE(client_->reconnect());
+  const auto back = named->reopen();
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_STREQ((*named->describe())->device->uri, "sim://one") << "not a stranger's hand";
+}
+
 TEST_F(SessionTest, RefusalsOfOpeningNameTheDevice) {
   const auto none = client_->openSession("sim://none");
   EXPECT_EQ(none.code(), HAPTIC_NOT_FOUND);

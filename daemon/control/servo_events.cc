@@ -11,10 +11,12 @@ namespace hapticd {
 namespace {
 
 /** Why the servo refuses an order; what errors.h says of these is meant for clients. */
-std::string_view whyRefused(ErrorCode code, CommandKind order) {
+std::string_view whyRefused(ErrorCode code, CommandKind order, bool known) {
   if (code == ErrorCode::kDisconnected) return "the session that gave it has ended";
   if (code == ErrorCode::kUnsupported && order == CommandKind::kObjectVertices)
     return "it shows no mesh that was loaded as deformable";
+  if (code == ErrorCode::kNotFound && order == CommandKind::kObjectVertices && known)
+    return "it has no vertex of that number";
   return describe(code);
 }
 
@@ -98,7 +100,7 @@ void Core::refusedByServo(const std::string& device, const ServoEvent& e, Sessio
   const std::string object = scene_.nameOf(e.object);
   const std::string what =
       fmt::format("{}{}: {}", wordsOf(order), object.empty() ? std::string() : fmt::format(" of object '{}'", object),
-                  whyRefused(code, order));
+                  whyRefused(code, order, !object.empty()));
   std::uint64_t suppressed = 0;
   if (session != nullptr && session->refusals.allow(clock_.now(), suppressed))
     tellRefused(*session, code, what + log::suppressedNote(suppressed), object);

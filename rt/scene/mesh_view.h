@@ -74,5 +74,7 @@ struct MeshView {
 ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3]) HD_RT;
 /** The same, one of several: the boxes are left to `refit`, which is of this mesh. */
 ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3], Refit& refit) HD_RT;
+/** What they would answer. */
+ErrorCode mayMoveVertex(const MeshView& mesh, std::uint32_t vertex, const float (&p)[3]) HD_RT;
 
 }  // namespace hapticd

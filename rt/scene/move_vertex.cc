@@ -7,12 +7,17 @@
 
 namespace hapticd {
 
-ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3], Refit& refit) HD_RT {
-  MeshView::Deform& d = mesh.deform;
-  if (d.vertices == nullptr) return ErrorCode::kUnsupported;
-  if (vertex >= d.source_count) return ErrorCode::kNotFound;
+ErrorCode mayMoveVertex(const MeshView& mesh, std::uint32_t vertex, const float (&p)[3]) HD_RT {
+  if (mesh.deform.vertices == nullptr) return ErrorCode::kUnsupported;
+  if (vertex >= mesh.deform.source_count) return ErrorCode::kNotFound;
   for (const float x : p)
     if (!(std::fabs(x) <= HD_MAX_COORDINATE)) return ErrorCode::kInvalidArgument;
+  return ErrorCode::kOk;
+}
+
+ErrorCode moveVertex(MeshView& mesh, std::uint32_t vertex, const float (&p)[3], Refit& refit) HD_RT {
+  if (const ErrorCode refused = mayMoveVertex(mesh, vertex, p); refused != ErrorCode::kOk) return refused;
+  MeshView::Deform& d = mesh.deform;
   const std::uint32_t v = d.source_vertex[vertex];
   if (v == HD_NO_INDEX) return ErrorCode::kOk;                             // of no triangle: nothing to move
   std::atomic_ref(d.moves).store(d.moves + 1, std::memory_order_relaxed);  // A recording that begins looks at it.

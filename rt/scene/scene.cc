@@ -313,31 +313,27 @@ ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
   if (order.count > HD_VERTEX_MOVES) return ErrorCode::kInvalidArgument;
   if (object->shape.kind != ShapeKind::kMesh) return ErrorCode::kUnsupported;
   MeshView* mesh = object->shape.mesh;
-  ErrorCode result = ErrorCode::kOk;
+  for (std::uint32_t i = 0; i < order.count; ++i) {
+    const ErrorCode refused = mayMoveVertex(*mesh, order.move[i].index, order.move[i].p);
+    if (refused != ErrorCode::kOk) return refused;
+  }
   Refit refit(*mesh);
-  for (std::uint32_t i = 0; i < order.count && result == ErrorCode::kOk; ++i) {
+  for (std::uint32_t i = 0; i < order.count; ++i) {
     const hd_vertex_move& move = order.move[i];
     const MeshView::Deform& d = mesh->deform;
     const std::uint32_t vertex = d.motion && move.index < d.source_count ? d.source_vertex[move.index] : HD_NO_INDEX;
     float from[3] = {};
     if (vertex < mesh->vertex_count) std::copy_n(mesh->vertices[vertex], 3, from);
-    const bool first = !moves_are_new_;
-    const std::uint32_t noted = first ? 0 : move_count_;
     noteTriangles(*mesh, move);
-    result = moveVertex(*mesh, move.index, move.p, refit);
-    if (result != ErrorCode::kOk) {
-      move_count_ = noted;
-      moves_are_new_ = !first;
-    } else if (vertex < mesh->vertex_count) {
-      noteMotion(*mesh, vertex, from, time_ + dt_, dt_);  // In the tick that comes.
-    }
+    moveVertex(*mesh, move.index, move.p, refit);
+    if (vertex < mesh->vertex_count) noteMotion(*mesh, vertex, from, time_ + dt_, dt_);  // In the tick that comes.
   }
   refit.finish();
   for (std::uint32_t i = 0; i < order_count_; ++i) {  // Others may show the same mesh.
     SceneObject& other = objects_[order_[i]];
     if (other.shape.mesh == mesh) updateBall(other);
   }
-  return result;
+  return ErrorCode::kOk;
 }
 
 /** Keeps what the triangles about a vertex are like before it moves. */

@@ -136,12 +136,10 @@ class Scene {
   explicit Scene(const MeshTable& meshes) noexcept : meshes_(&meshes) {}
 
   /**
-   * Applies a scene command (object pose, material, flags, vertices, add, remove, shape, surface,
-   * effect). A refused command
-   * changes nothing, but that vertices before a refused one have moved. kNotFound: no such object (a stale generation
-   * included), parent, mesh, texture or vertex. kAlreadyExists: the slot is taken. kInvalidArgument: a value is not
-   * finite or out of range, or the object to remove has children. kUnsupported: not a scene command, or vertices of a
-   * rigid mesh.
+   * Applies a scene command (object pose, material, flags, vertices, add, remove, shape, surface, effect). A refused
+   * command changes nothing. kNotFound: no such object (a stale generation included), parent, mesh, texture or vertex.
+   * kAlreadyExists: the slot is taken. kInvalidArgument: a value is not finite or out of range, or the object to remove
+   * has children. kUnsupported: not a scene command, or vertices of a rigid mesh.
    */
   ErrorCode apply(const Command& command) HD_RT;
 

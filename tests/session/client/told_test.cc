@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include "tests/session/bench.h"
+#include "tests/unit/builder/meshes.h"
 
 namespace hapticd::test {
 namespace {
@@ -145,6 +146,32 @@ TEST_F(Told, WhatAClientPushedAndWasRefused) {
   refused = heard(EventKind::kRefused);
   ASSERT_EQ(refused.size(), 1u);
   EXPECT_NE(refused.front().text.find("suppressed"), std::string::npos) << refused.front().text;
+}
+
+TEST_F(Told, AVertexThatTheObjectDoesNotHaveIsNotTakenForTheObject) {
+  ASSERT_NE(bench.live(), nullptr);
+  BuildMonitor monitor;
+  const auto built = buildSnapshot(upload(cube(), HD_MESH_DEFORMABLE), monitor);
+  ASSERT_TRUE(built.ok());
+  const auto mesh = bench.core.meshes().add(std::move(*built->memfd.share()), {});
+  ASSERT_TRUE(mesh.ok());
+  ObjectSpec spec;
+  spec.name = "cube";
+  spec.shape = {ShapeKind::kMesh, Vec3::Zero(), *mesh};
+  const auto object = bench.core.scene().create(spec, bench.core.client(bench.administration));
+  ASSERT_TRUE(object.ok());
+  std::uint64_t seq = 0;
+  for (const std::uint32_t id : {*object, 77u}) {
+    hd_object_vertices moves{id, 1, {}};
+    moves.move[0].index = 8;
+    const auto bytes = std::as_bytes(std::span(&moves, 1));
+    ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_VERTICES, bytes, 0, seq), ErrorCode::kOk);
+  }
+  bench.step(5);
+  const auto refused = heard(EventKind::kRefused);
+  ASSERT_EQ(refused.size(), 2u);
+  EXPECT_EQ(refused[0].text, "moves of vertices of object 'cube': it has no vertex of that number");
+  EXPECT_EQ(refused[1].text, "moves of vertices: no object, device, mesh or path of that name");
 }
 
 }  // namespace

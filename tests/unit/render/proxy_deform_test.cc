@@ -194,16 +194,13 @@ TEST(ProxyOnDeformable, OnlyThisTicksMovesAreSwept) {
   EXPECT_EQ(t.moveVertices(id, {{4, {0, 0, NAN}}}), ErrorCode::kInvalidArgument);
   EXPECT_TRUE(t.scene->triangleMoves().empty());
   // Nor are those of the last tick swept once more because this one's were refused.
-  for (const bool refused : {false, true}) {
+  const hd_vertex_move good{4, {0, 0, 0.001f}}, bad{4, {0, 0, NAN}};
+  for (const auto& refused : {std::vector{bad}, std::vector{good, bad}}) {
     t.moveVertices(id, {{4, {0, 0, 0.002f}}});
     t.tick(Vec3(0, 0, 0.01));
-    if (refused) {
-      EXPECT_EQ(t.moveVertices(id, {{4, {0, 0, NAN}}}), ErrorCode::kInvalidArgument);
-    } else {
-      EXPECT_EQ(t.moveVertices(id, {{4, {0, 0, 0.001f}}, {4, {0, 0, NAN}}}), ErrorCode::kInvalidArgument);
-    }
+    EXPECT_EQ(t.moveVertices(id, refused), ErrorCode::kInvalidArgument);
     t.tick(Vec3(0, 0, 0.01));
-    EXPECT_EQ(t.scene->triangleMoves().size(), refused ? 0u : 6u);
+    EXPECT_TRUE(t.scene->triangleMoves().empty()) << refused.size();
   }
 }
 

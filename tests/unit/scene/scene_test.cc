@@ -73,6 +73,32 @@ TEST(Scene, ARefusedCommandChangesNothing) {
   EXPECT_EQ(scene.find(id)->material.stiffness, 1000);
 }
 
+/** Whichever of them it is that cannot be meant. */
+TEST(Scene, AMoveOfVerticesIsRefusedAsAWhole) {
+  constexpr std::uint32_t kMoves = 11;
+  const auto above = static_cast<std::uint32_t>(test::sphereMesh(0.1, 8).vertices.size());
+  const auto moves = [](std::uint32_t id) {
+    hd_object_vertices order{id, kMoves, {}};
+    for (std::uint32_t i = 0; i < kMoves; ++i) order.move[i] = {i, {0.2f, 0.1f, 0}};
+    return order;
+  };
+  for (const std::uint32_t bad : {0u, 5u, kMoves - 1}) {
+    TestMesh mesh = test::sphereMesh(0.1, 8);
+    TestScene t;
+    const auto id = t.addMesh(mesh.deformableView());
+    const auto before = mesh.vertices;
+    hd_object_vertices order = moves(id);
+    order.move[bad].index = above;
+    EXPECT_EQ(t.apply(CommandKind::kObjectVertices, order), ErrorCode::kNotFound) << bad;
+    order = moves(id);
+    order.move[bad].p[1] = 1e9f;
+    EXPECT_EQ(t.apply(CommandKind::kObjectVertices, order), ErrorCode::kInvalidArgument) << bad;
+    EXPECT_EQ(mesh.vertices, before) << bad;
+    EXPECT_EQ(t.apply(CommandKind::kObjectVertices, moves(id)), ErrorCode::kOk) << bad;
+    EXPECT_NE(mesh.vertices, before) << bad;
+  }
+}
+
 TEST(Scene, ChildrenAreRemovedFirst) {
   TestScene t;
   const auto a = t.add(ShapeKind::kGroup, Vec3::Zero());

@@ -101,7 +101,7 @@ class Pushes(unittest.TestCase):
         self.assertEqual((caught.exception.code, caught.exception.where), (haptic.Code.INVALID_ARGUMENT, "at_tick"))
         with self.assertRaises(haptic.HapticError) as caught:
             for number in range(1, 18):  # Whether there is such an object the daemon says, in its acknowledgements.
-                session.push_object_flags(number, 0, 0, latest=True)
+                session.push_object_material(number, haptic.Material(700, 3), latest=True)
         self.assertEqual(caught.exception.code, haptic.Code.QUOTA_EXCEEDED)
         self.assertIn("16 targets", str(caught.exception))  # And not: "the user's quota of sessions".
         self.assertIn("latest=True", caught.exception.remedy)

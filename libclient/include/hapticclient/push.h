@@ -12,7 +12,8 @@
  * fills up, and is right for what is sent faster than it is needed. HAPTIC_PUSH_LATEST takes a mailbox for the target
  * (an object's pose, a model slot, a device's intent, ...); 16 targets of a session can have one. A target that has one
  * keeps it, also for pushes without the flag, so that old never overtakes new; it then takes no `at_tick`
- * (HAPTIC_INVALID_ARGUMENT).
+ * (HAPTIC_INVALID_ARGUMENT). An object's flags and vertices, of which each push changes some, go by the ring alone:
+ * with the flag they are refused.
  */
 #ifndef HAPTICCLIENT_PUSH_H
 #define HAPTICCLIENT_PUSH_H

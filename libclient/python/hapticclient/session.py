@@ -46,8 +46,8 @@ class Session(Handle):
     """Made by Client.open_session(). Ends with its `with` block or close(): its share of the force fades, its lease ends.
 
     One thread at a time reads, one at a time pushes. Pushes take `latest=True` (a mailbox: only the newest value
-    matters) or `at_tick` (the ring: takes effect at that tick); they return the command's number. Without `device` they
-    are for the session's own, of those that share its servo.
+    matters; not those that change a part, flags and vertices) or `at_tick` (the ring: takes effect at that tick); they
+    return the command's number. Without `device` they are for the session's own, of those that share its servo.
     """
 
     _kind = "session"
@@ -269,11 +269,10 @@ class Session(Handle):
         command = _abi.ObjectMaterial(object=_object(object_id), material=raw_material(material))
         return self._push(_lib.haptic_push_object_material, command, latest, at_tick)
 
-    def push_object_flags(self, object_id: int, mask: int, value: int, *, latest: bool = False,
-                          at_tick: int = 0) -> int:
+    def push_object_flags(self, object_id: int, mask: int, value: int, *, at_tick: int = 0) -> int:
         """Sets the masked bits of ObjectFlag to those of `value`."""
         command = _abi.ObjectFlags(object=_object(object_id), mask=mask, value=value)
-        return self._push(_lib.haptic_push_object_flags, command, latest, at_tick)
+        return self._push(_lib.haptic_push_object_flags, command, False, at_tick)
 
     def push_object_vertices(self, object_id: int, indices: npt.ArrayLike, places: npt.ArrayLike, *,
                              at_tick: int = 0) -> int:

@@ -39,6 +39,11 @@ constexpr std::uint64_t target(std::uint32_t kind, std::uint32_t id) {
   return std::uint64_t{kind} << 32 | id;
 }
 
+/** Its newest value does not hold what those before it changed: a mailbox would lose that. */
+constexpr bool changesAPart(std::uint32_t kind) {
+  return kind == HD_COMMAND_OBJECT_FLAGS || kind == HD_COMMAND_OBJECT_VERTICES;
+}
+
 /** Keeps why a push is refused for haptic_push_refusal(). */
 int refuse(haptic_session* session, int code, const Objection& why) {
   session->refused = code;
@@ -82,6 +87,10 @@ int send(haptic_session* session, const T* command, haptic_push* push, std::uint
   if ((flags & ~std::uint32_t{HAPTIC_PUSH_LATEST}) != 0)
     return refuse(session, HAPTIC_INVALID_ARGUMENT,
                   {"flags", "has a bit that is no haptic_push_flag", "start from zeros"});
+  if (changesAPart(kind) && flags != 0)
+    return refuse(session, HAPTIC_INVALID_ARGUMENT,
+                  {"flags", "asks for the latest only, but this push changes a part: those before it would be lost",
+                   "push it without latest (HAPTIC_PUSH_LATEST)"});
 
   MailboxWriter* mailbox = opened.mailboxes.find(target(kind, id));
   const bool latest = mailbox != nullptr || (flags & HAPTIC_PUSH_LATEST) != 0;

@@ -224,6 +224,19 @@ TEST_F(SessionTest, ATargetWithAMailboxKeepsItSoThatOldNeverOvertakesNew) {
   EXPECT_EQ(session_->space(), HD_RING_SLOTS);
 }
 
+/** Of vertices and of flags each push changes some: the newest does not hold what those before it changed. */
+TEST_F(SessionTest, WhatChangesAPartTakesNoMailbox) {
+  haptic_object_vertices vertices{};
+  vertices.object = vertices.count = 1;
+  const haptic_object_flags flags{1, HAPTIC_OBJECT_ENABLED, 0, 0};
+  EXPECT_EQ(session_->push(vertices, {.latest = true}).code(), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(session_->push(flags, {.latest = true}).code(), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_TRUE(session_->push(vertices, {.at_tick = 5}));
+  EXPECT_TRUE(session_->push(vertices));
+  EXPECT_TRUE(session_->push(flags));
+  EXPECT_EQ(session_->space(), HD_RING_SLOTS - 3) << "all of them by the ring";
+}
+
 TEST_F(SessionTest, SixteenTargetsCanHaveAMailbox) {
   haptic_object_pose pose{};
   pose.q[0] = 1;

@@ -77,7 +77,8 @@ HAPTIC_API int haptic_events_open(haptic_client* client, const haptic_events_opt
 
 /**
  * Takes the oldest event. Waits at most `timeout_ns` (0: not at all; negative: for ever). HAPTIC_TIMEOUT when none
- * came, HAPTIC_DISCONNECTED when none is left and the daemon is gone. Any thread.
+ * came, HAPTIC_DISCONNECTED when none is left and the daemon is gone. Any thread; a callback may not wait
+ * (HAPTIC_INVALID_ARGUMENT).
  */
 HAPTIC_API int haptic_events_next(haptic_events* events, haptic_event* event, int64_t timeout_ns);
 

@@ -239,6 +239,8 @@ int haptic_events_open(haptic_client* c, const haptic_events_options* options, h
 int haptic_events_next(haptic_events* events, haptic_event* event, int64_t timeout_ns) {
   if (events == nullptr || event == nullptr) return HAPTIC_INVALID_ARGUMENT;
   if (!events->connection->ownProcess()) return HAPTIC_DISCONNECTED;
+  // The queue is filled by the library's thread: a callback would wait for itself.
+  if (timeout_ns != 0 && events->connection->onOwnThread()) return HAPTIC_INVALID_ARGUMENT;
   return client::edge(nullptr, [&]() -> Failure {
     haptic_event full{};
     if (event->size < 8 || event->size % 8 != 0) return {HAPTIC_INVALID_ARGUMENT, {}, {}, {}};

@@ -131,6 +131,34 @@ TEST_F(EventsTest, CallbacksRunOnTheLibrarysThreadAndMayNotWait) {
   EXPECT_EQ(heard.sum, 7u);
 }
 
+/** Which is filled by the thread that would wait for it. */
+TEST_F(EventsTest, NorMayACallbackWaitForAQueue) {
+  struct Asked {
+    haptic_events* queue = nullptr;
+    std::atomic<int> waiting{-1}, at_once{-1};
+  } asked;
+  ASSERT_EQ(haptic_events_open(client_->get(), nullptr, &asked.queue, nullptr), HAPTIC_OK);
+  haptic_events_options options = HAPTIC_EVENTS_OPTIONS_INIT;
+  options.kinds = 1u << HAPTIC_EVENT_BUTTON;
+  options.user = &asked;
+  options.callback = [](const haptic_event*, void* user) {
+    auto& a = *static_cast<Asked*>(user);
+    haptic_event event{};
+    event.size = sizeof event;
+    while (haptic_events_next(a.queue, &event, 0) == HAPTIC_OK) {
+    }
+    a.at_once = haptic_events_next(a.queue, &event, 0);
+    a.waiting = haptic_events_next(a.queue, &event, 100'000'000);
+  };
+  haptic_events* events = nullptr;
+  ASSERT_EQ(haptic_events_open(client_->get(), &options, &events, nullptr), HAPTIC_OK);
+  daemon_->send({1});
+  EXPECT_EQ(asked.waiting, HAPTIC_INVALID_ARGUMENT) << "instead of a deadlock";
+  EXPECT_EQ(asked.at_once, HAPTIC_TIMEOUT) << "what is there may be taken";
+  haptic_events_close(events);
+  haptic_events_close(asked.queue);
+}
+
 TEST_F(EventsTest, ACallbackThatThrowsHearsTheNextEventStill) {
   std::atomic<std::uint32_t> sum{0};
   haptic_events_options options = HAPTIC_EVENTS_OPTIONS_INIT;

@@ -47,6 +47,8 @@ class CallersSignals {
   struct sigaction pipe_ {};
 };
 
+Failure notConnected() { return {HAPTIC_DISCONNECTED, "daemon", "not connected", "call haptic_reconnect()"}; }
+
 /** Whether the daemon has closed its end, known to the library's thread or not yet. */
 bool hungUp(int fd) {
   pollfd end{fd, POLLRDHUP, 0};
@@ -180,6 +182,11 @@ Failure Connection::refused() const {
   return {};
 }
 
+Failure Connection::unreachable() const {
+  if (Failure failure = refused()) return failure;
+  return connected() ? Failure{} : notConnected();
+}
+
 void Connection::run(kj::FunctionParam<void(Loop&)> work) noexcept {
   if (!ownProcess()) return;
   if (onOwnThread()) return work(*loop_);
@@ -187,16 +194,14 @@ void Connection::run(kj::FunctionParam<void(Loop&)> work) noexcept {
 }
 
 Failure Connection::call(kj::FunctionParam<kj::Promise<void>(Link&)> work) {
-  if (Failure failure = refused()) return failure;
-  const Failure none = {HAPTIC_DISCONNECTED, "daemon", "not connected", "call haptic_reconnect()"};
-  if (!connected()) return none;
+  if (Failure failure = unreachable()) return failure;
   bool whole = true;
   Failure failure = perform([&](Link& link) -> kj::Promise<void> {
     whole = connected();  // On this thread it is true of this link: meanwhile one may have gone and another begun.
     if (!whole) return kj::READY_NOW;
     return work(link);
   });
-  return whole ? std::move(failure) : none;
+  return whole ? std::move(failure) : notConnected();
 }
 
 /** The same on a link whose handshake may be under way. */

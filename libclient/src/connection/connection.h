@@ -87,6 +87,8 @@ class Connection {
   [[nodiscard]] bool ownProcess() const noexcept;
   /** The refusal of that child, else nothing. */
   Failure foreign() const;
+  /** Why nothing can be asked of the daemon on this thread now, if so. */
+  Failure unreachable() const;
   [[nodiscard]] bool onOwnThread() const noexcept { return std::this_thread::get_id() == thread_.get_id(); }
   [[nodiscard]] const std::string& name() const noexcept { return options_.name; }
   [[nodiscard]] Info info() const;

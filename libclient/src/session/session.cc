@@ -211,6 +211,7 @@ void haptic_session_close(haptic_session* session) {
 int haptic_session_reopen(haptic_session* session, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {
     if (session == nullptr) return client::badArgument("session", "is null");
+    if (Failure failure = session->connection->unreachable()) return failure;  // Before what stands is ended.
     session->end();
     return session->open();
   });

@@ -1,4 +1,5 @@
 // Sessions: the two mappings, pushes by ring and mailbox, heartbeats, ends.
+#include <atomic>
 #include <cmath>
 #include <cstring>
 
@@ -384,6 +385,28 @@ TEST_F(SessionTest, ReopensOnTheSameDeviceAfterARestart) {
   hd_slot slot;
   EXPECT_EQ(consumer.pop(slot), CommandConsumer::Pop::kSlot) << "mailboxes and numbers start anew";
   EXPECT_EQ(slot.seq, 1u);
+}
+
+/** What may not wait for the daemon cannot reopen, either: the session that stands goes on. */
+TEST_F(SessionTest, AReopeningThatIsRefusedInACallbackEndsNothing) {
+  struct Reopened {
+    haptic_session* session;
+    std::atomic<int> code{-1};
+  } reopened{session_->get()};
+  haptic_events_options options = HAPTIC_EVENTS_OPTIONS_INIT;
+  options.user = &reopened;
+  options.callback = [](const haptic_event*, void* user) {
+    auto& r = *static_cast<Reopened*>(user);
+    r.code = haptic_session_reopen(r.session, nullptr);
+  };
+  haptic_events* events = nullptr;
+  ASSERT_EQ(haptic_events_open(client_->get(), &options, &events, nullptr), HAPTIC_OK);
+  daemon_->send({1});
+  EXPECT_EQ(reopened.code, HAPTIC_INVALID_ARGUMENT);
+  haptic_events_close(events);
+  EXPECT_TRUE(session_->alive());
+  EXPECT_TRUE(session_->push(force(1)));
+  EXPECT_TRUE(session_->acquireLease());
 }
 
 /** Names are given out in the order in which a daemon opens its devices. */

@@ -240,10 +240,15 @@ Failure Connection::connect() {
   const auto paths = candidates(searchHere(options_.socket, options_.administration));
   std::vector<Failure> why;
   for (const std::string& path : paths) {
-    Failure failure = attach(path);
-    if (!failure) return {};
-    const bool absent = failure.code == HAPTIC_DISCONNECTED || failure.code == HAPTIC_PERMISSION_DENIED;
-    if (!absent) return failure;
+    OwnDescriptor socket;
+    Failure failure = connectTo(path, timeout(), socket);
+    if (!failure) {
+      failure = attach(path, std::move(socket));
+      if (!failure) return {};
+      const bool silent = failure.code == HAPTIC_DISCONNECTED || failure.code == HAPTIC_PERMISSION_DENIED ||
+                          failure.code == HAPTIC_TIMEOUT;
+      if (!silent) return failure;  // Whoever answers there is the one, and refuses.
+    }
     why.push_back(std::move(failure));
   }
   return nobodyAnswers(paths, why);
@@ -262,9 +267,7 @@ void Connection::makeLink(Loop& loop, OwnDescriptor socket) {
                    .eagerlyEvaluate(nullptr);
 }
 
-Failure Connection::attach(const std::string& path) {
-  OwnDescriptor socket;
-  if (Failure failure = connectTo(path, timeout(), socket)) return failure;
+Failure Connection::attach(const std::string& path, OwnDescriptor socket) {
   Failure failure;
   run([&](Loop& loop) {
     try {

@@ -108,7 +108,7 @@ class Connection {
   Failure perform(kj::FunctionParam<kj::Promise<void>(Link&)> work);
   /** A link over that socket, which is its own from here on, in place of none. Library's thread; may throw. */
   static void makeLink(Loop& loop, OwnDescriptor socket);
-  Failure attach(const std::string& path);
+  Failure attach(const std::string& path, OwnDescriptor socket);
   Failure greet(const std::string& path);
 
   Options options_;

@@ -106,13 +106,17 @@ Failure nobodyAnswers(const std::vector<std::string>& paths, const std::vector<F
   if (why.size() == 1 && why[0].code != HAPTIC_DISCONNECTED) return why[0];
   Failure all{
       HAPTIC_DISCONNECTED, {}, {}, "start the daemon: systemctl start hapticd, or /usr/sbin/hapticd --allow-no-rt"};
+  const auto as_first = [&](const Failure& f) { return f.code == why[0].code; };
+  if (!why.empty() && std::all_of(why.begin(), why.end(), as_first)) all.code = why[0].code;
   const bool alike = std::all_of(why.begin(), why.end(), [&](const Failure& f) { return f.what == why[0].what; });
   if (alike && !why.empty()) all.what = why[0].what;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     all.where += (i == 0 ? "" : ", ") + paths[i];
     if (!alike) all.what += (i == 0 ? "" : "; ") + paths[i] + ": " + why[i].what;
-    if (why[i].code == HAPTIC_PERMISSION_DENIED) all.code = HAPTIC_PERMISSION_DENIED;
-    if (!why[i].remedy.empty()) all.remedy = why[i].remedy;  // There is a daemon.
+    const bool denied = why[i].code == HAPTIC_PERMISSION_DENIED, late = why[i].code == HAPTIC_TIMEOUT;
+    if (denied || (late && all.code == HAPTIC_DISCONNECTED)) all.code = why[i].code;
+    // There is a daemon. A path that cannot be one is not this program's choice: it gave none.
+    if (!why[i].remedy.empty() && why[i].code != HAPTIC_INVALID_ARGUMENT) all.remedy = why[i].remedy;
   }
   return all;
 }

@@ -1,9 +1,13 @@
 // Connecting, calls and their failures, reconnecting, forks.
 #include <signal.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "tests/unit/libclient/fixture.h"
 
@@ -87,6 +91,31 @@ TEST_F(ClientTest, TheEnvironmentNamesTheSocket) {
   const auto client = haptic::Client::connect();
   unsetenv("HAPTICD_SOCKET");
   EXPECT_TRUE(client) << client.error().message();
+}
+
+/** Whatever keeps the user's own daemon from answering, the machine's is asked. */
+TEST_F(ClientTest, TheSearchGoesOnWhereTheFirstSocketDoesNotAnswer) {
+  const std::string runtime = directory_.path() + "/runtime", file = directory_.path() + "/file";
+  std::filesystem::create_directories(runtime + "/hapticd");
+  std::ofstream(file) << "no folder";
+  const int deaf = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);  // As of a daemon that was stopped.
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string path = runtime + "/hapticd/control.sock";
+  path.copy(address.sun_path, sizeof address.sun_path - 1);
+  ASSERT_EQ(bind(deaf, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(listen(deaf, 8), 0);
+  const char* const before = getenv("XDG_RUNTIME_DIR");
+  const std::string kept = before == nullptr ? "" : before;
+  for (const std::string& folder : {runtime, file, directory_.path() + "/" + std::string(90, 'x')}) {
+    setenv("XDG_RUNTIME_DIR", folder.c_str(), 1);
+    const auto client = haptic::Client::connect({"", "tester", false, milliseconds(50)});
+    if (client) continue;  // This machine has a daemon.
+    EXPECT_NE(client.error().where.find(", /run/hapticd/control.sock"), std::string::npos) << client.error().message();
+    EXPECT_EQ(client.code(), folder == runtime ? HAPTIC_TIMEOUT : HAPTIC_DISCONNECTED) << client.error().message();
+  }
+  before == nullptr ? unsetenv("XDG_RUNTIME_DIR") : setenv("XDG_RUNTIME_DIR", kept.c_str(), 1);
+  close(deaf);
 }
 
 TEST_F(ClientTest, AnotherMajorVersionIsRefused) {

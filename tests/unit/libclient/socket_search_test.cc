@@ -72,6 +72,15 @@ TEST(SocketSearch, AFailedSearchNamesEveryPathAndItsReason) {
   const Failure none{HAPTIC_DISCONNECTED, "/a", "no such socket", {}};
   EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {none, none}).what, "no such socket") << "where names them";
   EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {none, none}).where, "/a, /b");
+  const Failure late{HAPTIC_TIMEOUT, "/a", "no answer within 50 ms", "see whether hapticd runs: hapticctl doctor"};
+  EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {late, none}).code, HAPTIC_TIMEOUT) << "there is a daemon";
+  EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {late, none}).remedy, late.remedy);
+  const Failure impossible{HAPTIC_INVALID_ARGUMENT, "/a", "is longer than a socket path can be", "use a shorter path"};
+  EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {impossible, none}).code, HAPTIC_DISCONNECTED);
+  EXPECT_NE(nobodyAnswers({"/a", "/b"}, {impossible, none}).remedy, impossible.remedy) << "the program gave no path";
+  const Failure full{HAPTIC_SYSTEM, "/a", "no socket can be made: Too many open files", "close some descriptors"};
+  EXPECT_EQ(nobodyAnswers({"/a", "/b"}, {full, full}).code, HAPTIC_SYSTEM);
+  EXPECT_EQ(nobodyAnswers({"/a"}, {impossible}).code, HAPTIC_INVALID_ARGUMENT) << "here it did";
 }
 
 }  // namespace

@@ -17,13 +17,15 @@ namespace proto = hapticd::proto;
 
 /** The handle of record.h. */
 struct haptic_recording {
-  explicit haptic_recording(std::shared_ptr<Connection> to) : connection(std::move(to)) {}
+  explicit haptic_recording(std::shared_ptr<Connection> to)
+      : connection(std::move(to)), link(connection->linkNumber()) {}
   ~haptic_recording() {
     connection->run([this](Connection::Loop&) { capability = nullptr; });
     if (fd >= 0) ::close(fd);
   }
 
   std::shared_ptr<Connection> connection;
+  const std::uint64_t link;                       ///< Over which it was started.
   proto::Recording::Client capability = nullptr;  ///< Library's thread.
   int fd = -1;
 };
@@ -70,10 +72,13 @@ int haptic_recording_fd(const haptic_recording* recording) { return recording ==
 int haptic_recording_stop(haptic_recording* recording, haptic_recording_end** end, haptic_error* error) {
   return client::edge(error, [&]() -> Failure {
     if (recording == nullptr) return client::badArgument("recording", "is null");
+    Connection& connection = *recording->connection;
+    if (Failure failure = connection.unreachable()) return failure;
+    if (recording->link != connection.linkNumber()) return client::begunBefore("recording", "start another");
     Reply memory;
     auto* made = memory.make<haptic_recording_end>();
     Failure failure = client::callDaemon(
-        *recording->connection, [&](Link&) { return recording->capability.stopRequest(); },
+        connection, [&](Link&) { return recording->capability.stopRequest(); },
         [&](auto& results) {
           made->cycles = results.getCycles();
           made->lost = results.getLost();

@@ -77,6 +77,10 @@ Failure toFailure(const kj::Exception& exception) {
   return {HAPTIC_INTERNAL, "daemon", what, {}};
 }
 
+Failure begunBefore(const char* what, const char* remedy) {
+  return {HAPTIC_DISCONNECTED, what, "was begun before the daemon was lost", remedy};
+}
+
 Failure tooLong(std::uint64_t words) {
   constexpr std::uint64_t kMost_bytes = 128 * 1024;  // The daemon reads 1 MiB; its longest text has 4 KiB.
   if (8 * words <= kMost_bytes) return {};
@@ -258,6 +262,7 @@ void Connection::makeLink(Loop& loop, OwnDescriptor socket) {
   auto stream = loop.io.lowLevelProvider->wrapUnixSocketFd(
       socket.get(), kj::LowLevelAsyncIoProvider::ALREADY_CLOEXEC | kj::LowLevelAsyncIoProvider::ALREADY_NONBLOCK);
   loop.link = std::make_unique<Link>(kj::mv(stream), std::move(socket));
+  loop.connection.link_number_.fetch_add(1, std::memory_order_release);
   Link& link = *loop.link;
   link.watch = link.rpc.onDisconnect()
                    .then([&loop, &link] {

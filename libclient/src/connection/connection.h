@@ -92,6 +92,8 @@ class Connection {
   [[nodiscard]] bool onOwnThread() const noexcept { return std::this_thread::get_id() == thread_.get_id(); }
   [[nodiscard]] const std::string& name() const noexcept { return options_.name; }
   [[nodiscard]] Info info() const;
+  /** Counts the links: what was begun over another one than the last is gone. */
+  [[nodiscard]] std::uint64_t linkNumber() const noexcept { return link_number_.load(std::memory_order_acquire); }
   void setTimeout(std::int64_t timeout_ns) noexcept;
   [[nodiscard]] std::int64_t timeout() const noexcept { return timeout_ns_.load(std::memory_order_relaxed); }
 
@@ -115,6 +117,7 @@ class Connection {
   std::uint32_t process_;
   std::atomic<bool> connected_{false};
   std::atomic<std::int64_t> timeout_ns_;
+  std::atomic<std::uint64_t> link_number_{0};
   std::mutex connecting_;
   mutable std::mutex info_mutex_;
   Info info_;
@@ -127,6 +130,9 @@ class Connection {
 Failure toFailure(proto::Status::Reader status);
 /** An exception of the RPC system. */
 Failure toFailure(const kj::Exception& exception);
+
+/** Of what was begun over another link: reconnecting, as the broken capability would have it, does not help. */
+Failure begunBefore(const char* what, const char* remedy);
 
 /** Of a request that is longer than any that makes sense: the daemon would hang up on it, and sessions would end. */
 Failure tooLong(std::uint64_t words);

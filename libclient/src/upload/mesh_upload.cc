@@ -69,6 +69,7 @@ std::size_t meshBytes(std::uint32_t vertices, std::uint32_t triangles) {
 /** The handle of scene.h. */
 struct haptic_upload {
   std::shared_ptr<Connection> connection;
+  std::uint64_t link = 0;  ///< Over which it was begun.
   std::uint32_t vertices = 0;
   Mapping mapping;
   bool given_up = false;                       ///< Cancelled, or not waited for to the end.
@@ -112,6 +113,7 @@ Failure begin(haptic_client* c, std::uint32_t vertices, std::uint32_t triangles,
   }
   auto made = std::make_unique<haptic_upload>();
   made->connection = c->connection;
+  made->link = c->connection->linkNumber();
   made->vertices = vertices;
   const std::size_t bytes =
       meshBytes(vertices, triangles) + ((flags & HAPTIC_MESH_VOLUME) != 0 ? sizeof(hd_volume_request) : 0);
@@ -169,6 +171,7 @@ Failure commit(haptic_upload& upload, haptic_progress progress, void* user, std:
     return {HAPTIC_DISCONNECTED, "upload", "the connection is gone", "call haptic_reconnect() and upload again"};
   }
   if (connection.onOwnThread()) return client::badArgument("thread", "a callback may not wait for the daemon");
+  if (upload.link != connection.linkNumber()) return client::begunBefore("upload", "upload again");
   if (upload.given_up)
     return {HAPTIC_NOT_FOUND, "upload", "the upload is over", "begin another"};  // As the daemon says.
   upload.mapping.unmap();

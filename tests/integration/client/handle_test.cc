@@ -1,4 +1,4 @@
-// Handles of objects whose name was taken by another since.
+// Handles of what is no more: of objects whose name was taken by another since, and of what a lost daemon began.
 #include <gtest/gtest.h>
 
 #include <hapticclient/hapticclient.hpp>
@@ -10,7 +10,7 @@
 namespace hapticd::test {
 namespace {
 
-class ObjectHandle : public ::testing::Test {
+class Handles : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_TRUE(daemon_.running()) << daemon_.log();
@@ -30,7 +30,7 @@ class ObjectHandle : public ::testing::Test {
   std::optional<haptic::Client> client_;
 };
 
-TEST_F(ObjectHandle, RemovesNothingOfARestartedDaemon) {
+TEST_F(Handles, RemovesNothingOfARestartedDaemon) {
   auto ball = makeBall();
   ASSERT_TRUE(ball) << ball.error().message();
   daemon_.kill();
@@ -48,7 +48,18 @@ TEST_F(ObjectHandle, RemovesNothingOfARestartedDaemon) {
   EXPECT_FALSE(ballStands()) << "its own it removes";
 }
 
-TEST_F(ObjectHandle, RemovesNoOtherObjectOfItsName) {
+TEST_F(Handles, OfARecordingOfALostDaemonSaysThatAnotherMustBeStarted) {
+  auto recording = client_->record();
+  ASSERT_TRUE(recording) << recording.error().message();
+  daemon_.kill();
+  ASSERT_TRUE(daemon_.start()) << daemon_.log();
+  ASSERT_TRUE(client_->reconnect());
+  const auto end = recording->stop();
+  EXPECT_EQ(end.code(), HAPTIC_DISCONNECTED);
+  EXPECT_EQ(end.error().message(), "recording: was begun before the daemon was lost (start another)");
+}
+
+TEST_F(Handles, RemovesNoOtherObjectOfItsName) {
   auto ball = makeBall();
   ASSERT_TRUE(ball) << ball.error().message();
   ASSERT_TRUE(client_->scene().remove("ball"));

@@ -144,6 +144,21 @@ TEST_F(UploadTest, ADaemonThatDiesDuringTheBuildIsDisconnected) {
   killer.join();
 }
 
+TEST_F(UploadTest, OneOfALostDaemonSaysThatItMustBeBegunAnewAndKeepsItsArrays) {
+  auto upload = client_->scene().beginUpload(4, 4);
+  ASSERT_TRUE(upload);
+  restart(2);
+  ASSERT_TRUE(eventually([&] { return !client_->connected(); }));
+  EXPECT_EQ(upload->commit().code(), HAPTIC_DISCONNECTED);
+  ASSERT_TRUE(client_->reconnect());
+  for (int i = 0; i < 2; ++i) {
+    const auto report = upload->commit();
+    EXPECT_EQ(report.code(), HAPTIC_DISCONNECTED);
+    EXPECT_EQ(report.error().message(), "upload: was begun before the daemon was lost (upload again)");
+    EXPECT_EQ(upload->vertices().size(), 12u) << "to be uploaded again";
+  }
+}
+
 TEST_F(UploadTest, AVolumesFileIsReadFromADescriptorThatEndsWithItsScope) {
   const haptic::Scene scene = client_->scene();
   int fd = -1;

@@ -38,6 +38,7 @@ int haptic_device_set_limits(haptic_client* c, const char* uri, const haptic_dev
     }
     const std::size_t minimum = offsetof(haptic_device_limits, torque);
     if (Failure bad = client::readSized(limits, wanted, minimum, "haptic_device_limits")) return bad;
+    if (Failure bad = client::checkReserved(wanted.reserved, "haptic_device_limits.reserved")) return bad;
     if (in_force != nullptr) {  // Else a refusal of it would come when the limits are others already.
       if (Failure bad = client::checkSized(in_force, "haptic_device_limits")) return bad;
     }

@@ -77,6 +77,7 @@ extern "C" int haptic_object_set_effect(haptic_client* c, const char* name, cons
     if (name == nullptr || *name == 0) return client::badArgument("name", name == nullptr ? "is null" : "is empty");
     haptic_effect full = HAPTIC_EFFECT_INIT;
     if (Failure bad = client::readSized(effect, full, offsetof(haptic_effect, force), "haptic_effect")) return bad;
+    if (Failure bad = client::checkReserved(full.reserved, "haptic_effect.reserved")) return bad;
     std::string uri = "/objects/" + encoded(name) + "/effect?value=";
     if (Failure bad = write(full, uri)) return bad;
     return client::callDaemon(*c->connection, [&](Link& link) {

@@ -212,6 +212,7 @@ int haptic_events_open(haptic_client* c, const haptic_events_options* options, h
     if (options != nullptr) {
       if (Failure bad = client::readSized(options, full, 8, "haptic_events_options")) return bad;
     }
+    if (Failure bad = client::checkReserved(full.reserved, "haptic_events_options.reserved")) return bad;
     if (full.capacity > kMaxCapacity) {
       return client::badArgument("haptic_events_options.capacity", "is " + std::to_string(full.capacity),
                                  "give at most " + std::to_string(kMaxCapacity));

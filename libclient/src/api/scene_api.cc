@@ -26,7 +26,7 @@ int change(haptic_client* c, const char* name, const void* value, haptic_error* 
 }
 
 Failure checkShape(const haptic_shape& shape) {
-  if (shape.kind <= HAPTIC_SHAPE_MESH) return {};
+  if (shape.kind <= HAPTIC_SHAPE_MESH) return client::checkReserved(shape.reserved, "haptic_shape.reserved");
   return client::badArgument("shape.kind", "is " + std::to_string(shape.kind), "use a haptic_shape_kind");
 }
 

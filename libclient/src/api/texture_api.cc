@@ -18,6 +18,7 @@ int haptic_object_set_surface(haptic_client* c, const char* name, const haptic_s
     haptic_surface full = HAPTIC_SURFACE_INIT;
     if (Failure bad = client::readSized(surface, full, offsetof(haptic_surface, transient_gain), "haptic_surface"))
       return bad;
+    if (Failure bad = client::checkReserved(full.reserved, "haptic_surface.reserved")) return bad;
     return client::callDaemon(*c->connection, [&](Link& link) {
       auto request = link.scene.setSurfaceRequest();
       request.setName(name);

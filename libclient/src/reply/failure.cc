@@ -38,6 +38,11 @@ int report(const Failure& failure, haptic_error* error) noexcept {
   return failure.code;
 }
 
+Failure checkReserved(std::uint32_t value, const char* field) {
+  if (value == 0) return {};
+  return {HAPTIC_UNSUPPORTED, field, "is not 0", "start from the structure's INIT, or from zeros"};
+}
+
 Failure wrongSize(const char* name, std::size_t size) {
   const std::string type(name);
   return badArgument(type + ".size", "is " + std::to_string(size) + ", which no version had",

@@ -7,6 +7,7 @@
 
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -52,6 +53,9 @@ inline std::string textOf(double number) {
 inline Failure badArgument(std::string where, std::string what, std::string remedy = {}) {
   return {HAPTIC_INVALID_ARGUMENT, std::move(where), std::move(what), std::move(remedy)};
 }
+
+/** The refusal of a field that later versions may give a meaning, where it is set. */
+Failure checkReserved(std::uint32_t value, const char* field);
 
 /** The refusal of a sized structure whose `size` no version had. */
 Failure wrongSize(const char* name, std::size_t size);

@@ -84,6 +84,8 @@ int send(haptic_session* session, const T* command, haptic_push* push, std::uint
   const std::uint32_t flags = push == nullptr ? 0 : push->flags;
   hapticd::client::Opened& opened = *session->opened;
   if (const auto why = objection(*command, opened.device_count)) return refuse(session, HAPTIC_INVALID_ARGUMENT, why);
+  if (push != nullptr && push->reserved != 0)
+    return refuse(session, HAPTIC_INVALID_ARGUMENT, {"haptic_push.reserved", "is not 0", "start from zeros"});
   if ((flags & ~std::uint32_t{HAPTIC_PUSH_LATEST}) != 0)
     return refuse(session, HAPTIC_INVALID_ARGUMENT,
                   {"flags", "has a bit that is no haptic_push_flag", "start from zeros"});

@@ -203,6 +203,35 @@ TEST_F(ClientTest, ARefusalOfTheSceneComesWhole) {
   made->release();
 }
 
+/** For this library, where a newer one may have a field that its program uses. */
+TEST_F(ClientTest, ReservedFieldsThatAreSetAreRefused) {
+  start();
+  auto client = connect();
+  ASSERT_TRUE(client);
+  haptic_client* const c = client->get();
+  haptic_shape shape{};
+  haptic_object object = HAPTIC_OBJECT_INIT;
+  object.name = "fine";
+  haptic_surface surface = HAPTIC_SURFACE_INIT;
+  haptic_effect effect = HAPTIC_EFFECT_INIT;
+  haptic_events_options options = HAPTIC_EVENTS_OPTIONS_INIT;
+  haptic_device_limits limits{};
+  limits.size = sizeof limits;
+  shape.reserved = object.shape.reserved = surface.reserved = effect.reserved = options.reserved = limits.reserved = 1;
+  haptic_events* events = nullptr;
+  haptic_error error = HAPTIC_ERROR_INIT;
+  const auto refused = [&](int code) {
+    EXPECT_EQ(code, HAPTIC_UNSUPPORTED) << error.where << ": " << error.what;
+    return std::string(error.where);
+  };
+  EXPECT_EQ(refused(haptic_object_set_shape(c, "fine", &shape, &error)), "haptic_shape.reserved");
+  EXPECT_EQ(refused(haptic_object_create(c, &object, nullptr, &error)), "haptic_shape.reserved");
+  EXPECT_EQ(refused(haptic_object_set_surface(c, "fine", &surface, &error)), "haptic_surface.reserved");
+  EXPECT_EQ(refused(haptic_object_set_effect(c, "fine", &effect, &error)), "haptic_effect.reserved");
+  EXPECT_EQ(refused(haptic_events_open(c, &options, &events, &error)), "haptic_events_options.reserved");
+  EXPECT_EQ(refused(haptic_device_set_limits(c, "", &limits, nullptr, &error)), "haptic_device_limits.reserved");
+}
+
 TEST_F(ClientTest, ComesBackAfterTheDaemonRestarted) {
   start();
   auto client = connect();

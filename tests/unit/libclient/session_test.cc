@@ -310,6 +310,8 @@ TEST_F(SessionTest, WhatCannotBeMeantIsNotSent) {
   haptic_push unknown{0, 0x80, 0, 0};
   const haptic_client_force good = force(1);
   EXPECT_EQ(haptic_push_client_force(session_->get(), &good, &unknown), HAPTIC_INVALID_ARGUMENT);
+  haptic_push reserved{0, 0, 1, 0};
+  EXPECT_EQ(haptic_push_client_force(session_->get(), &good, &reserved), HAPTIC_INVALID_ARGUMENT);
   EXPECT_EQ(session_->space(), HD_RING_SLOTS - 1);
 }
 

@@ -138,8 +138,8 @@ struct hd_acks {
   uint64_t last_rejected_seq;
   uint32_t last_rejected_code;    /**< An error number of errors.h. */
   uint32_t stale_mailboxes;       /**< Mailbox reads given up after two tries (ingest). */
-  uint64_t applied_seq;           /**< Last command of the ring in force (servo). */
-  uint64_t applied_tick;          /**< Tick at which it took effect (servo). */
+  uint64_t applied_seq;           /**< Last command of the ring that was seen to: in force, or refused (servo). */
+  uint64_t applied_tick;          /**< Tick at which it was (servo). */
   int64_t heartbeat_age_ns;       /**< Age of the client's heartbeat (ingest). */
   float fade;                     /**< The session's share factor: 1 alive, falling to 0 when lost (servo). */
   uint32_t ended;                 /**< 1 when the daemon has closed this session (control). */

@@ -3,7 +3,8 @@
  * blends from one to the next without a jump, and fades what is not renewed within its lease.
  *
  * A push writes to shared memory and returns at once. HAPTIC_OK: it is on its way; the daemon checks its own copy and
- * reports refusals in haptic_acks. Else nothing was sent, and haptic_push_refusal() says why in words.
+ * counts in haptic_acks what it refuses. What its servo refuses (an object that is no more) it does not count: of both
+ * HAPTIC_EVENT_REFUSED tells. Else nothing was sent, and haptic_push_refusal() says why in words.
  * HAPTIC_INVALID_ARGUMENT: a value is malformed, not finite or out of range. HAPTIC_WOULD_BLOCK: 256 commands wait
  * already. HAPTIC_QUOTA_EXCEEDED: 16 targets have a mailbox already (below). HAPTIC_DISCONNECTED: the session is over.
  * Pushing thread of the session, servo-safe. The _INIT macros are what zeros are not: a rotation and a lease.

@@ -95,12 +95,13 @@ typedef struct haptic_acks {
   uint32_t ring_head;    /**< Slots consumed, free-running. */
   uint32_t violations;   /**< Protocol violations; the first one ends the session. */
   uint64_t received_seq; /**< Last command taken from the ring. */
-  uint64_t rejected;     /**< Commands refused since the session began. */
+  uint64_t rejected;     /**< Commands refused since the session began, but by the servo: HAPTIC_EVENT_REFUSED tells. */
   uint64_t last_rejected_seq;
   uint32_t last_rejected_code; /**< haptic_error_code */
   uint32_t stale_mailboxes;    /**< Latest-value reads given up after two tries. */
-  uint64_t applied_seq;        /**< Last command in force. */
-  uint64_t applied_tick;       /**< Tick at which it took effect. */
+  /** Last command of the ring that the servo has seen to: in force, or refused. Falls after one with `at_tick`. */
+  uint64_t applied_seq;
+  uint64_t applied_tick; /**< Tick at which it did. */
   int64_t heartbeat_age_ns;
   float fade;     /**< Share factor: 1 alive, falling to 0 when lost. */
   uint32_t ended; /**< 1: the daemon has closed this session. */

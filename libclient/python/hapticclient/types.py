@@ -449,8 +449,8 @@ class SessionInfo:
 
 @dataclass(frozen=True)
 class Acks:
-    """What became of a session's commands: the last one taken from the ring and the last in force, how many the daemon refused,
-    and of the last of them the number and Code. `fade` is 1 while the session is alive; `ended`: the daemon has closed it."""
+    """What became of a session's commands: the last one taken from the ring and the last one the servo has seen to, in force
+    or refused; how many the daemon refused before the servo, and of the last of them the number and Code. `fade` is 1 while the session is alive; `ended`: the daemon has closed it."""
     ring_head: int
     violations: int
     received_seq: int

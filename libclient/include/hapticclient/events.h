@@ -48,6 +48,10 @@ typedef struct haptic_event {
   char text[256];
 } haptic_event;
 
+/** To be filled: haptic_events_next() refuses one without its size (HAPTIC_INVALID_ARGUMENT). */
+#define HAPTIC_EVENT_INIT \
+  { sizeof(haptic_event), 0, 0, 0, 0, 0, 0, 0, {0, 0, 0}, 0, "", "", "" }
+
 /** A subscription. */
 typedef struct haptic_events haptic_events;
 

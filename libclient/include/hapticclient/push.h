@@ -7,7 +7,7 @@
  * HAPTIC_EVENT_REFUSED tells. Else nothing was sent, and haptic_push_refusal() says why in words.
  * HAPTIC_INVALID_ARGUMENT: a value is malformed, not finite or out of range. HAPTIC_WOULD_BLOCK: 256 commands wait
  * already. HAPTIC_QUOTA_EXCEEDED: 16 targets have a mailbox already (below). HAPTIC_DISCONNECTED: the session is over.
- * Pushing thread of the session, servo-safe. The _INIT macros are what zeros are not: a rotation and a lease.
+ * Pushing thread of the session, servo-safe. The _INIT macros are what zeros are not: a rotation, a lease, a limit.
  *
  * Two ways: the ring keeps every command and their order; a mailbox keeps only the newest value of its target, never
  * fills up, and is right for what is sent faster than it is needed. HAPTIC_PUSH_LATEST takes a mailbox for the target
@@ -170,11 +170,15 @@ typedef struct haptic_intent {
 #define HAPTIC_INTENT_INIT \
   { 0, 0, {0, 0, 0}, {1, 0, 0, 0}, 0 }
 
-/** Binds this session's own share; can only lower what the daemon allows. */
+/** Binds this session's own share; can only lower what the daemon allows. 0 takes it away. */
 typedef struct haptic_session_limits {
   double force_n;
   double torque_nm;
 } haptic_session_limits;
+
+/** The highest there are: lower what shall be bound, the other is left alone. */
+#define HAPTIC_SESSION_LIMITS_INIT \
+  { 1000, 100 }
 
 HAPTIC_API int haptic_push_object_pose(haptic_session* session, const haptic_object_pose* pose, haptic_push* push);
 HAPTIC_API int haptic_push_object_material(haptic_session* session, const haptic_object_material* material,

@@ -143,8 +143,7 @@ TEST_F(EventsTest, NorMayACallbackWaitForAQueue) {
   options.user = &asked;
   options.callback = [](const haptic_event*, void* user) {
     auto& a = *static_cast<Asked*>(user);
-    haptic_event event{};
-    event.size = sizeof event;
+    haptic_event event = HAPTIC_EVENT_INIT;
     while (haptic_events_next(a.queue, &event, 0) == HAPTIC_OK) {
     }
     a.at_once = haptic_events_next(a.queue, &event, 0);

@@ -280,6 +280,23 @@ TEST_F(SessionTest, ARefusedPushSaysWhichFieldAndWhatToDo) {
   EXPECT_EQ(haptic_push_refusal(nullptr, &error), HAPTIC_INVALID_ARGUMENT);
 }
 
+/** Zeros would take away what nobody spoke of. */
+TEST_F(SessionTest, LimitsBindNothingUntilOneIsLowered) {
+  haptic_session_limits limits = HAPTIC_SESSION_LIMITS_INIT;
+  EXPECT_TRUE(session_->push(limits));
+  limits.force_n = 2;
+  EXPECT_TRUE(session_->push(limits));
+  CommandConsumer consumer(daemon_->regionB(), daemon_->regionA());
+  hd_slot slot;
+  for (const double force_n : {1000.0, 2.0}) {
+    ASSERT_EQ(consumer.pop(slot), CommandConsumer::Pop::kSlot);
+    hd_limits sent;
+    std::memcpy(&sent, slot.payload, sizeof sent);
+    EXPECT_EQ(sent.force_n, force_n);
+    EXPECT_EQ(sent.torque_nm, 100);
+  }
+}
+
 TEST_F(SessionTest, WhatCannotBeMeantIsNotSent) {
   haptic_client_force bad = force(NAN);
   EXPECT_EQ(session_->push(bad).code(), HAPTIC_INVALID_ARGUMENT);

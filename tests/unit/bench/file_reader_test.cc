@@ -74,6 +74,22 @@ TEST(TrajectoryFiles, OfTwoDevicesInOneFileOneIsTaken) {
   EXPECT_THAT(refusal(text + "0,0.002,7,0,0.5\n1,0.001,8,0,0.5\n", second), HasSubstr("line 8: time goes from"));
 }
 
+// The option was refused for files of columns before they were read.
+TEST(TrajectoryFiles, EachDeviceOfAnExportCanBeChosen) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/two.csv", plain = directory.path() + "/one.csv";
+  std::ofstream(path) << "device,t_s,px,py,pz\n0,0,1,0,0.5\n1,0,2,0,0.5\n0,0.001,3,0,0.5\n1,0.001,4,0,0.5\n";
+  std::ofstream(plain) << "t_s,px,py,pz\n0,1,0,0.5\n";
+  FileOptions second;
+  second.device = 1;
+  const Trajectory in = makeTrajectory(path, makeModel("plane"), {1000}, second);
+  ASSERT_EQ(in.samples.size(), 2u);
+  EXPECT_EQ(in.samples[1].hip.x(), 4);
+  EXPECT_THAT(in.name, HasSubstr("--device 1"));
+  EXPECT_THAT([&] { (void)makeTrajectory(plain, makeModel("plane"), {1000}, second); },
+              ThrowsMessage<Failure>(HasSubstr("one.csv, which has no column device")));
+}
+
 TEST(TrajectoryFiles, WhatADeviceThatIsOffWasSentIsNotJudged) {
   // As hapticctl monitor writes it: off, ramping (flags 3), armed (1; 9 in contact).
   const Trajectory in = parse(

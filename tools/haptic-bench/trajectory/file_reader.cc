@@ -96,6 +96,10 @@ void addFileOptions(CLI::App& sub, FileOptions& options) {
 }
 
 Trajectory readColumns(Table table, const FileOptions& options, const Model& model, const Surface& surface) {
+  if (options.device > 0 && !table.find("device")) {
+    throw Failure("--device", "it does nothing for " + table.where() + ", which has no column device",
+                  "it is for files of several devices");
+  }
   table.keepOnly("device", options.device);
   const std::vector<double> t_s = readTimes(table, options.rate_hz, options.max_gap_s);
   const Vectors p = findVectors(table, "{0} p{0} hip_{0}", true);

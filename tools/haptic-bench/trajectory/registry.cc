@@ -131,7 +131,7 @@ void refuseIdle(const FileOptions& file, const std::string& what, bool is_table,
   refuse("--rate", !is_table && file.rate_hz > 0, kTables);
   refuse("--max-gap", !is_table && file.max_gap_s > 0, kTables);
   refuse("--max-gap", file.rate_hz > 0 && file.max_gap_s > 0, "a file's own times, before which --rate goes");
-  refuse("--device", !is_recording && file.device > 0, "recordings");
+  refuse("--device", !is_recording && !is_table && file.device > 0, "recordings and their exports");
 }
 
 /** With the options that make other samples of the same file: results of two readings are not those of one. */

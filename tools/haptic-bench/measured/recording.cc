@@ -184,7 +184,7 @@ std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& o
                   "two streams on one clock, and a free time that both have, and more after it");
   }
   const double length = end - begin;
-  if (!(length * options.rate_hz <= kMaxSamples)) {
+  if (!(length * options.rate_hz < kMaxSamples)) {
     throw Failure("recording", fmt::format("{:.3g} s at {:g} Hz are too many samples", length, options.rate_hz),
                   fmt::format("at most {:g}: name the column of times with its unit, as t_ns", kMaxSamples));
   }
@@ -193,15 +193,18 @@ std::vector<ProbeSample> merge(const Recording& recording, const MergeOptions& o
   std::vector<ProbeSample> merged;
   PoseCursor poses(recording.poses);
   const double half = 0.5 / options.rate_hz;
+  constexpr double kRounding = 1e-3;  // Of half a step: of seconds since 1970, a quarter of a microsecond.
   std::size_t next = 0;
+  while (next < forces.size() && forces[next].t_s < begin) ++next;
   for (int i = 0;; ++i) {
-    // Not by adding up steps: of seconds since 1970 each would be rounded to a quarter of a microsecond.
-    const double t = begin + (2 * i + 1) * half;
-    if (t > end - half) break;
+    // Not by adding up steps: each would be rounded.
+    const double t = begin + 2 * i * half;
+    if (t > end + kRounding * half) break;
     Vec3 sum = Vec3::Zero();
     int count = 0;
-    while (next < forces.size() && forces[next].t_s < t - half) ++next;
-    for (; next < forces.size() && forces[next].t_s < t + half; ++next, ++count) sum += forces[next].f_S;
+    // Every force falls into one window. One with an edge of its own below would lose those that rounding puts between.
+    const double edge = std::min(t + (1 - kRounding) * half, end + kRounding * half);
+    for (; next < forces.size() && forces[next].t_s < edge; ++next, ++count) sum += forces[next].f_S;
     if (count == 0) continue;  // A stream slower than the result: the next sample has one.
     const PoseSample pose = poses.at(t);
     const Vec3 contact_S = sum / count - load.bias_S - load.weight * down_S(pose);

@@ -64,7 +64,7 @@ struct ProbeSample {
 
 /** How to merge. */
 struct MergeOptions {
-  double rate_hz = 1000;      ///< Of the result; forces in between are averaged.
+  double rate_hz = 1000;      ///< Of the result; each is the mean of the forces that are nearest to it.
   Vec3 tip_S = Vec3::Zero();  ///< Centre of the tip's ball in the sensor's frame [m].
   double free_s = 0;          ///< So long from the first force on nothing is touched: the load is found there.
   ProbeLoad load;             ///< Used where free_s is 0.

@@ -1,0 +1,46 @@
+/** @file
+ * The two streams of a probe: no force is lost when they are merged.
+ */
+#include "tools/haptic-bench/measured/recording.h"
+
+#include <gtest/gtest.h>
+
+#include "tools/haptic-bench/measured/synthetic.h"
+#include "tools/haptic-bench/model/shapes.h"
+#include "tools/haptic-bench/trajectory/generators.h"
+
+namespace haptic_bench {
+namespace {
+
+/** Five seconds and a turned probe that weighs nothing; the force along x of the world tells the time. */
+Recording timesAsForces(double force_hz, double later) {
+  Apparatus a;
+  a.force_hz = force_hz;
+  a.free_s = 0;
+  Recording recording = record(lissajous(plane(0.05, 3), {5, 2000, 1}), a);
+  for (PoseSample& p : recording.poses) p.t_s += later, p.X_OS.q.setIdentity();
+  for (ForceSample& f : recording.forces) f.f_S = Vec3(f.t_s, 0, 0), f.t_s += later;
+  return recording;
+}
+
+// At equal rates every force lay on the border of two windows: of 5000 some 3000 were used, in steps of 1, 2 and 3 ms.
+TEST(MergedStreams, UseEveryForceOnce) {
+  for (const double later : {0.0, 0.3, 1.7e9}) {
+    for (const double hz : {500.0, 1000.0, 2000.0, 5000.0}) {
+      const Recording recording = timesAsForces(hz, later);
+      const std::vector<ProbeSample> merged = merge(recording, {});
+      const double end = std::min(recording.forces.back().t_s, recording.poses.back().t_s) - later;
+      const double step = std::max(1e-3, 1 / hz);
+      ASSERT_EQ(merged.size(), static_cast<std::size_t>(end / step + 1e-3) + 1) << hz << " Hz, " << later;
+      for (std::size_t i = 0; i < merged.size(); ++i) {
+        ASSERT_NEAR(merged[i].t_s - later, step * static_cast<double>(i), 1e-6) << hz << " Hz, " << later;
+        // The mean of all forces that are nearest to it is its own time, but for one that lies between two.
+        const double off = i == 0 || i + 1 == merged.size() ? step / 2 : hz == 2000 ? 0.26e-3 : 1e-6;
+        ASSERT_NEAR(merged[i].force_O.x(), step * static_cast<double>(i), off) << hz << " Hz, " << later;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace haptic_bench

@@ -1,16 +1,24 @@
 /** @file
- * The two streams of a probe: no force is lost when they are merged.
+ * The two streams of a probe: no force is lost when they are merged, and no column when they are read.
  */
 #include "tools/haptic-bench/measured/recording.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "tests/support/process/temporary_directory.h"
+#include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/measured/synthetic.h"
 #include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/trajectory/generators.h"
 
 namespace haptic_bench {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
 
 /** Five seconds and a turned probe that weighs nothing; the force along x of the world tells the time. */
 Recording timesAsForces(double force_hz, double later) {
@@ -39,6 +47,23 @@ TEST(MergedStreams, UseEveryForceOnce) {
         ASSERT_NEAR(merged[i].force_O.x(), step * static_cast<double>(i), off) << hz << " Hz, " << later;
       }
     }
+  }
+}
+
+TEST(MergedStreams, AnObjectThatMovesNeedsItsWholePose) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string forces = directory.path() + "/f.csv", poses = directory.path() + "/p.csv";
+  std::ofstream(forces) << "t,fx,fy,fz\n0,0,0,1\n1,0,0,1\n";
+  const auto write = [&](const std::string& names) {
+    std::ofstream(poses) << "t,x,y,z,qw,qx,qy,qz,object_x,object_y,object_z," << names
+                         << "\n0,0,0,0,1,0,0,0,1,0,0,1,0,0,0\n1,0,0,0,1,0,0,0,1,0,0,1,0,0,0\n";
+  };
+  write("object_qw,object_qx,object_qy,object_qz");
+  EXPECT_EQ(readRecording(forces, poses).poses[0].X_OS.p, Vec3(-1, 0, 0));
+  // It was taken for one that stands still.
+  for (const char* names : {"object_w,object_qx,object_qy,object_qz", "note_1,note_2,note_3,note_4"}) {
+    write(names);
+    EXPECT_THAT([&] { (void)readRecording(forces, poses); }, ThrowsMessage<Failure>(HasSubstr("no column object_qw")));
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/measured/least_squares.h"
@@ -39,6 +40,13 @@ PoseColumns poseColumns(const Table& table, const std::string& prefix) {
     c.p[i] = table.need(prefix + "xyz"[i] + (prefix.empty() ? std::string(" p") + "xyz"[i] : ""));
   for (int i = 0; i < 4; ++i) c.q[i] = table.need(prefix + "q" + "wxyz"[i]);
   return c;
+}
+
+/** Whether any of their columns is there: one that is misnamed must not make of a moving object one that stands. */
+bool hasSome(const Table& table, const std::string& prefix) {
+  const char* const names[] = {"x", "y", "z", "qw", "qx", "qy", "qz"};
+  return std::any_of(std::begin(names), std::end(names),
+                     [&](const char* name) { return static_cast<bool>(table.find(prefix + name)); });
 }
 
 /** Times as they stand, checked. */
@@ -101,7 +109,7 @@ Recording readRecording(const std::string& forces_path, const std::string& poses
   const Table poses = Table::read(poses_path, "");
   const std::vector<double> pose_times = times(poses, max_gap_s);
   const PoseColumns probe = poseColumns(poses, "");
-  const bool object_moves = static_cast<bool>(poses.find("object_qw"));
+  const bool object_moves = hasSome(poses, "object_");
   const PoseColumns object = object_moves ? poseColumns(poses, "object_") : PoseColumns{};
   for (std::size_t i = 0; i < poses.rows(); ++i) {
     const Pose X_WO = object_moves ? object.at(poses, i) : Pose{};

@@ -36,9 +36,8 @@ struct Recording {
 
 /**
  * Forces: columns t, fx, fy, fz. Poses: t, x, y, z, qw, qx, qy, qz of the probe and, where the object moves too,
- * object_x
- * ..., object_qw ..., all in the tracker's frame W, z up. Both keep their times; `max_gap_s` as for
- * readTimes(). Throws Failure with file and line.
+ * object_x ..., object_qw ... (all seven or none), all in the tracker's frame W, z up. Both keep their times;
+ * `max_gap_s` as for readTimes(). Throws Failure with file and line.
  */
 [[nodiscard]] Recording readRecording(const std::string& forces_path, const std::string& poses_path,
                                       double max_gap_s = 0);

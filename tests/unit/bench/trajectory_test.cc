@@ -229,6 +229,14 @@ TEST(Trajectories, ATremorThatLiftsTheHandOffLetsItHover) {
   EXPECT_GT(above, 1000);
 }
 
+// Beyond the plane nothing is felt, and the best algorithm was off by 58 N^2.
+TEST(Trajectories, ATremorDoesNotLeaveThePlane) {
+  EXPECT_THROW((void)makeTrajectory("reach:tremor=0.01,seconds=4", makeModel("plane:half=0.001"), {1000}), Failure);
+  const Model plane = makeModel("plane:half=0.05");
+  for (const Sample& s : makeTrajectory("reach:tremor=0.01,seconds=4", plane, {1000}).samples)
+    ASSERT_LE(s.proxy.head<2>().cwiseAbs().maxCoeff(), plane.half);
+}
+
 TEST(Trajectories, RoundingTakesNoSample) {
   const Model model = makeModel("plane");
   for (const auto& [seconds, rate, samples] :

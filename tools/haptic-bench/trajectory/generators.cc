@@ -111,7 +111,7 @@ std::vector<SurfaceSample> reach(const Model& plane, const Pace& pace, const Tre
   std::mt19937 random(tremor.seed);
   const Shake x(random), y(random), z(random);
   constexpr double kWay_s = 2;
-  return sampled(pace.seconds, pace, [&](double t) {
+  std::vector<SurfaceSample> out = sampled(pace.seconds, pace, [&](double t) {
     const double way = std::fmod(t / kWay_s, 2), tau = way < 1 ? way : 2 - way;
     const double jerk = tau * tau * tau * (10 + tau * (6 * tau - 15)) - 0.5;
     const double press = pace.force - stiffness * tremor.amplitude * z.at(t);
@@ -121,6 +121,14 @@ std::vector<SurfaceSample> reach(const Model& plane, const Pace& pace, const Tre
                  above);
     return SurfaceSample{0, p, Vec3::UnitZ(), std::max(0.0, press)};
   });
+  double farthest = 0;
+  for (const SurfaceSample& s : out) farthest = std::max(farthest, s.point.head<2>().cwiseAbs().maxCoeff());
+  if (farthest > plane.half) {  // Where nothing is felt, and the truth would be that of a larger plane.
+    throw Failure("reach, tremor",
+                  fmt::format("the way reaches {:.3g} m, and the plane ends at {:g} m", farthest, plane.half),
+                  "less tremor, or a larger half of the plane");
+  }
+  return out;
 }
 
 }  // namespace haptic_bench

@@ -90,6 +90,28 @@ TEST(TrajectoryFiles, EachDeviceOfAnExportCanBeChosen) {
               ThrowsMessage<Failure>(HasSubstr("one.csv, which has no column device")));
 }
 
+// One row without a position made the file unreadable, whichever device's it was.
+TEST(TrajectoryFiles, AFailedDeviceOfAnExportIsNowhere) {
+  const std::string text =
+      "device,t,px,py,pz,enabled,ramping\n0,0,1,0,0.5,1,0\n1,0,nan,nan,nan,0,0\n0,0.001,nan,nan,-nan,0,0\n"
+      "1,0.001,3,0,0.5,1,0\n0,0.002,2,0,0.5,1,0\n";
+  ASSERT_EQ(parse(text).samples.size(), 2u);
+  EXPECT_EQ(parse(text).samples[1].hip.x(), 2);
+  EXPECT_EQ(parse(text).samples[1].t_s, 0.002);
+  FileOptions second;
+  second.device = 1;
+  ASSERT_EQ(parse(text, second).samples.size(), 1u);
+  EXPECT_THAT(refusal("device,t,px,py,pz\n0,0,1,0,0.5\n0,0.001,1,nan,0.5\n1,0,nan,0,0.5\n"),
+              HasSubstr("line 3, column 4 (py): it is not a finite number"))
+      << "what is no export has no such rows";
+  EXPECT_EQ(parse("device,t,px,py,pz\n0,0,1,0,0.5\n1,0.001,1,nan,slow\n").samples.size(), 1u);
+  EXPECT_EQ(parse("t,x,y,z,enabled\n0,0,0,1,yes\n").samples.size(), 1u) << "a column of somebody else";
+  EXPECT_THAT(refusal("t,px,py,pz,enabled\n0,0,nan,0,0\n"), HasSubstr("no row of it has a number in column py"));
+  EXPECT_THAT(refusal("t,px,py,pz,enabled\n0,0,0,0,0\n0.001,0,,0,0\n"),
+              HasSubstr("line 3, column 3 (py): there is no"));
+  EXPECT_THAT(refusal("t,px,py,pz,enabled\n0,0,0,0,0\n0.001,0,slow,0,0\n"), HasSubstr("line 3, column 3 (py)"));
+}
+
 TEST(TrajectoryFiles, WhatADeviceThatIsOffWasSentIsNotJudged) {
   // As hapticctl monitor writes it: off, ramping (flags 3), armed (1; 9 in contact).
   const Trajectory in = parse(

@@ -23,9 +23,10 @@ namespace {
 using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
-/** A hand that comes down and goes 1 mm deep along a plane, pushed with 2 N once the device is armed. */
+/** A hand that comes down and goes 1 mm deep along a plane, pushed with 2 N once the device is armed, until it fails.
+ */
 void writeSession(const std::string& path, int cycles, int armed_at = 0, double first_z = 0.001,
-                  const hapticd::Pose& stands = {}) {
+                  const hapticd::Pose& stands = {}, int fails_at = 1'000'000) {
   std::ofstream file(path, std::ios::binary);
   hapticd::RecordingWriter writer([&file](std::span<const std::byte> bytes) {
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -41,6 +42,7 @@ void writeSession(const std::string& path, int cycles, int armed_at = 0, double 
     cycle->input.tick = static_cast<std::uint64_t>(100 + i);
     cycle->input.now_ns = 7'000'000'000 + 1'000'000 * i;
     cycle->input.device[0].p = Vec3(1e-5 * i, 0, i == 0 ? first_z : -0.001);
+    if (i >= fails_at) cycle->input.device[0].p.setConstant(std::nan(""));
     cycle->sent[0].enabled = i >= armed_at;
     cycle->sent[0].force = Vec3(0, 0, i >= armed_at ? 2 : 0);
     ASSERT_TRUE(writer.cycle(*cycle));
@@ -62,6 +64,19 @@ TEST(RecordedSessions, AreTrajectories) {
   FileOptions second;
   second.device = 1;
   EXPECT_THROW((void)makeTrajectory(path, makeModel("plane"), {1000}, second), Failure);
+}
+
+TEST(RecordedSessions, OfADeviceThatFailedAreReadAsTheirExportIs) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/session";
+  writeSession(path, 300, 0, 0.001, {}, 290);
+  const Model plane = makeModel("plane");
+  const Trajectory in = makeTrajectory(path, plane, {1000});
+  ASSERT_EQ(in.samples.size(), 290u);
+  exportCsv(*orFail(hapticd::Replayer::open(path)), path, path + ".csv");
+  const Trajectory exported = makeTrajectory(path + ".csv", plane, {1000});
+  ASSERT_EQ(exported.samples.size(), in.samples.size());
+  EXPECT_EQ(exported.samples.back().hip, in.samples.back().hip);
 }
 
 TEST(RecordedSessions, BeginWithoutContactsAsTheyDid) {

@@ -101,6 +101,9 @@ Trajectory readColumns(Table table, const FileOptions& options, const Model& mod
                   "it is for files of several devices");
   }
   table.keepOnly("device", options.device);
+  if (table.holds("enabled")) {  // An export. Where the device failed the hand is nowhere, as in the recording.
+    for (const char* position : {"px", "py", "pz"}) table.leaveOutUnknown(position);
+  }
   const std::vector<double> t_s = readTimes(table, options.rate_hz, options.max_gap_s);
   const Vectors p = findVectors(table, "{0} p{0} hip_{0}", true);
   for (std::size_t i = 0; i < table.rows(); ++i) checkPosition(table, i, p[i]);

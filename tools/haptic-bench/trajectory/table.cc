@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <utility>
 
 #include "tools/haptic-bench/failure.h"
@@ -23,6 +25,16 @@ struct Unit {
 constexpr Unit kUnits[] = {{"_s", 1},     {"_ms", 1e-3}, {"_us", 1e-6}, {"_ns", 1e-9}, {"_m", 1},
                            {"_mm", 1e-3}, {"_um", 1e-6}, {"_N", 1},     {"_mN", 1e-3}};
 constexpr std::string_view kBlanks = " \t\r";
+
+// In the place of what is no finite number: text in a column or row that nobody asks for is no fault.
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();  // It said nan or inf.
+constexpr double kEmpty = std::numeric_limits<double>::infinity(), kText = -kEmpty;
+
+/** As programs print what is not finite. */
+bool isUnknown(std::string_view field) {
+  if (field.substr(0, 1) == "-") field.remove_prefix(1);
+  return field == "nan" || field == "inf";
+}
 
 std::string_view trimmed(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t\r\"");
@@ -99,7 +111,7 @@ void Table::addRow(std::string_view line, std::size_t number) {
   std::size_t column = 0;
   forEachField(line, [&](std::string_view field) {
     double value = 0;
-    if (!parseNumber(field, value)) faults_.try_emplace(column, Fault{number, lines_.empty(), field.empty()});
+    if (!parseNumber(field, value)) value = field.empty() ? kEmpty : (isUnknown(field) ? kUnknown : kText);
     ++column;
     values_.push_back(value);
   });
@@ -134,6 +146,7 @@ Table Table::parse(std::string_view text, std::string where, const std::string& 
       table.addRow(line, number);
     }
   }
+  if (!table.lines_.empty()) table.first_line_ = table.lines_.front();
   if (table.lines_.empty())
     throw Failure(table.where_, "there are no rows in it", "a first line of names, then numbers");
   return table;
@@ -157,7 +170,7 @@ Table Table::read(const std::string& path, const std::string& names) {
   return table;
 }
 
-Table::Column Table::find(std::string_view names) const {
+Table::Column Table::lookUp(std::string_view names) const {
   Column found;
   forEachField(names, [&](std::string_view name) {
     for (std::size_t c = 0; c < names_.size(); ++c) {
@@ -183,17 +196,20 @@ Table::Column Table::find(std::string_view names) const {
       found.scale_ = scale;
     }
   });
-  if (found) checkNumbers(found.column_);
   return found;
 }
 
-void Table::checkNumbers(std::size_t column) const {
-  const auto fault = faults_.find(column);
-  if (fault == faults_.end()) return;
-  const auto& [line, first_row, empty] = fault->second;
-  throw Failure(fmt::format("{}, line {}, column {} ({})", where_, line, column + 1, names_[column]),
-                empty ? "there is no number" : "it is not a finite number",
-                names_given_ && first_row ? "without --columns, if names stand there" : "numbers like 0.001 or 1e-3");
+Table::Column Table::find(std::string_view names) const {
+  const Column found = lookUp(names);
+  for (std::size_t row = 0; found && row < rows(); ++row) {
+    const double value = values_[row * names_.size() + found.column_];
+    if (std::isfinite(value)) continue;
+    throw Failure(fmt::format("{}, column {} ({})", at(row), found.column_ + 1, names_[found.column_]),
+                  value == kEmpty ? "there is no number" : "it is not a finite number",
+                  names_given_ && lines_[row] == first_line_ ? "without --columns, if names stand there"
+                                                             : "numbers like 0.001 or 1e-3");
+  }
+  return found;
 }
 
 Table::Column Table::need(std::string_view names) const {
@@ -209,19 +225,33 @@ Table::Column Table::need(std::string_view names) const {
 void Table::keepOnly(std::string_view name, unsigned number) {
   const Column column = find(name);
   if (!column) return;
+  if (keepRows([&](std::size_t row) { return column[row] == number; })) return;
+  throw Failure(where_, fmt::format("it has no row of {} {}", name, number),
+                fmt::format("--{} and another number", name));
+}
+
+void Table::leaveOutUnknown(std::string_view names) {
+  const Column column = lookUp(names);
+  if (!column) return;
+  const auto known = [&](std::size_t row) { return !std::isnan(values_[row * names_.size() + column.column_]); };
+  if (keepRows(known)) return;
+  throw Failure(where_, fmt::format("no row of it has a number in column {}", names_[column.column_]),
+                "a session in which the device worked");
+}
+
+template <class F>
+bool Table::keepRows(F keeps) {
   const std::size_t width = names_.size();
   std::size_t kept = 0;
   for (std::size_t row = 0; row < lines_.size(); ++row) {
-    if (column[row] != number) continue;
+    if (!keeps(row)) continue;
     std::copy_n(values_.begin() + static_cast<std::ptrdiff_t>(row * width), width,
                 values_.begin() + static_cast<std::ptrdiff_t>(kept * width));
     lines_[kept++] = lines_[row];
   }
-  if (kept == 0)
-    throw Failure(where_, fmt::format("it has no row of {} {}", name, number),
-                  fmt::format("--{} and another number", name));
   values_.resize(kept * width);
   lines_.resize(kept);
+  return kept > 0;
 }
 
 std::vector<double> readTimes(const Table& table, double rate_hz, double max_gap_s) {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <cstddef>
-#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,12 +48,16 @@ class Table {
     double scale_ = 1;
   };
   [[nodiscard]] Column find(std::string_view names) const;
-  /** The same; throws Failure where there is none. */
+  /** Whether there is one, whatever stands in it. */
+  [[nodiscard]] bool holds(std::string_view names) const { return static_cast<bool>(lookUp(names)); }
+  /** As find(); throws Failure where there is none. */
   [[nodiscard]] Column need(std::string_view names) const;
 
   /** Leaves out the rows whose column `name` has another number, if it has one of that name; Failure if none is left.
    */
   void keepOnly(std::string_view name, unsigned number);
+  /** Leaves out the rows that say nan or inf in a column, if there is one of these names; Failure if none is left. */
+  void leaveOutUnknown(std::string_view names);
 
   [[nodiscard]] std::size_t rows() const { return lines_.size(); }
   /** "FILE, line 7": of a row. */
@@ -64,17 +67,15 @@ class Table {
  private:
   void setNames(std::string_view line, std::size_t number, bool given);
   void addRow(std::string_view line, std::size_t number);
-  void checkNumbers(std::size_t column) const;
-
-  /** Where a column holds no number for the first time: text in a column that nobody asks for is no fault. */
-  struct Fault {
-    std::size_t line;
-    bool first_row, empty;
-  };
+  /** As find(), whatever stands in it. */
+  [[nodiscard]] Column lookUp(std::string_view names) const;
+  /** Whether a row is left. */
+  template <class F>
+  bool keepRows(F keeps);
 
   std::string where_;
   bool names_given_ = false;
-  std::map<std::size_t, Fault> faults_;  ///< By column.
+  std::size_t first_line_ = 0;  ///< Of rows.
   std::vector<std::string> names_;
   std::vector<double> values_;  ///< By row.
   std::vector<std::size_t> lines_;

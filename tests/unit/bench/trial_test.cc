@@ -37,6 +37,37 @@ TEST(BenchTrial, RidgesScoreWhatTheStuckProxyAnomalyIsKnownToScore) {
   }
 }
 
+// At the foot of a ridge no ball touches the point that it was said to touch: the exact nearest point scored 0.15 N^2.
+TEST(BenchTrial, ABallIsJudgedWhereItFits) {
+  const Model ridge = makeModel("ridge:degrees=45");
+  Surface surface{5000};
+  const auto judged = [&] {
+    const Trajectory in = makeTrajectory("profile:force=0.1", ridge, surface);
+    EXPECT_EQ(in.unfit > 0, surface.radius > 0);
+    EXPECT_LT(in.unfit, in.samples.size() / 10) << surface.radius;
+    return judge(in, runTrial("nearest", ridge, in, surface, 1).answers, 1e-3).force_mse;
+  };
+  const double point = judged();
+  for (const double radius : {0.0005, 0.002}) {
+    surface.radius = radius;
+    EXPECT_LT(judged(), 2 * point) << radius;
+  }
+}
+
+TEST(BenchTrial, OfABallThatFitsEverywhereEverySampleIsJudged) {
+  Surface surface{1000};
+  surface.radius = 0.002;
+  for (const auto& [model, way] : {std::pair{"sphere:stacks=8", "spiral"},
+                                   {"sphere:stacks=8", "geodesic"},
+                                   {"sphere", "geodesic"},
+                                   {"plane", "lissajous"},
+                                   {"bowl", "swing"}}) {
+    EXPECT_EQ(makeTrajectory(way, makeModel(model), surface).unfit, 0u) << model << " " << way;
+  }
+  surface.radius = 0.055;
+  EXPECT_THROW((void)makeTrajectory("swing", makeModel("bowl"), surface), Failure) << "larger than the bowl";
+}
+
 TEST(BenchTrial, OnAPlaneEveryAlgorithmIsExact) {
   for (const char* algorithm : {"ours", "god-object", "nearest"}) {
     for (const char* trajectory : {"lissajous:seconds=2", "reach:seconds=2"}) {

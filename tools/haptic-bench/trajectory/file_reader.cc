@@ -10,6 +10,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/tree_nearest.h"
 #include "tools/haptic-bench/option.h"
+#include "tools/haptic-bench/trajectory/fit.h"
 
 namespace haptic_bench {
 namespace {
@@ -79,7 +80,9 @@ Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vec
     throw Failure(table.where(), "no force in it presses on the surface",
                   "forces on the hand, outward: change the sign, or the columns");
   }
-  return pressInto(out, surface);
+  Trajectory in = pressInto(out, surface);
+  judgeWhereItFits(in, out, model, surface.radius, table.where());
+  return in;
 }
 
 }  // namespace
@@ -110,7 +113,7 @@ Trajectory readColumns(Table table, const FileOptions& options, const Model& mod
   const JudgedRows judged(table);
   if (options.out) {
     Trajectory pressed = readOut(table, t_s, p, model, surface);
-    for (std::size_t i = 0; i < table.rows(); ++i) pressed.samples[i].judged = judged[i];
+    for (std::size_t i = 0; i < table.rows(); ++i) pressed.samples[i].judged &= judged[i];
     pressed.start = outside(pressed.start, model, surface.radius);
     return pressed;
   }

@@ -9,6 +9,7 @@
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/measured/measured.h"
 #include "tools/haptic-bench/spec.h"
+#include "tools/haptic-bench/trajectory/fit.h"
 #include "tools/haptic-bench/trajectory/generators.h"
 #include "tools/haptic-bench/trajectory/geodesic.h"
 #include "tools/haptic-bench/trajectory/recording_reader.h"
@@ -162,11 +163,14 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     if (name != g.name) continue;
     refuseIdle(file, text, false, false);
     Spec spec(text);
-    Trajectory made = pressInto(g.make({spec, model, surface}), surface);
+    const std::vector<SurfaceSample> out = g.make({spec, model, surface});
     spec.finish();
+    Trajectory made = pressInto(out, surface);
+    judgeWhereItFits(made, out, model, surface.radius, text);
     // What is measured lies off the mesh, and flat facets lie above a hollow's smooth surface.
     made.start = outside(made.start, model, surface.radius);
     made.name = text;
+    countJudged(made);
     return made;
   }
   if (isRecording(text)) {

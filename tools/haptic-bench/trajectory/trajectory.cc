@@ -24,9 +24,10 @@ void countJudged(Trajectory& trajectory) {
       static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [](const Sample& s) { return s.judged; }));
   if (judged == all.size()) return;
   if (judged == 0) trajectory.force_known = trajectory.proxy_known = false;
-  fmt::print(stderr,
-             "haptic-bench: {}: {} of {} samples are judged, in which the device was armed and its ramp over{}\n",
-             trajectory.name, judged, all.size(), judged == 0 ? " (arm it once the recording runs)" : "");
+  std::string why = trajectory.unfit > 0 ? fmt::format("; at {} the ball does not fit", trajectory.unfit) : "";
+  if (judged + trajectory.unfit < all.size()) why = ", in which the device was armed and its ramp over" + why;
+  fmt::print(stderr, "haptic-bench: {}: {} of {} samples are judged{}{}\n", trajectory.name, judged, all.size(), why,
+             judged == 0 ? " (arm it once the recording runs)" : "");
 }
 
 Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface) {

@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,7 @@ struct Trajectory {
   std::vector<Sample> samples;
   bool proxy_known = false;
   bool force_known = false;
+  std::size_t unfit = 0;      ///< Samples that are not judged because a ball does not fit there.
   Vec3 start = Vec3::Zero();  ///< In free space, from where the hand comes to the first sample [m].
 
   [[nodiscard]] double duration_s() const { return samples.back().t_s - samples.front().t_s; }

@@ -70,6 +70,12 @@ struct Series {
 /** What is counted in each tick of a fixed course: the same on every machine. */
 inline constexpr const char* kCountedUnit = "a tick";
 
+/** What a driver's protocol takes in virtual time: the same in every run. */
+inline constexpr const char* kVirtualTimeUnit = "us of virtual time";
+
+/** How names end of what was taken from all slices of a run together, and of the ends of its interval if it has one. */
+inline constexpr std::string_view kPooled = ", all slices", kPooledLow = ", 95 % low", kPooledHigh = ", 95 % high";
+
 /** An error as a part of the force that was to be felt: the same on every machine. */
 inline constexpr const char* kForceErrorUnit = "% of the force";
 

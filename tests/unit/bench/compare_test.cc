@@ -20,13 +20,13 @@ Results one(const std::string& unit, std::vector<double> rounds, const std::stri
   return r;
 }
 
-/** What compare says of one quantity: w(orse), b(etter), m(issing), u(nknown) or -. */
+/** What compare says of one quantity: w(orse), b(etter), m(issing), u(nknown), n(o interval) or -. */
 char verdict(const std::string& unit, std::vector<double> before, std::vector<double> after, Comparison what = {},
              const std::string& benchmark = "b") {
   const std::vector<Change> changes =
       compare(one(unit, std::move(before), benchmark), one(unit, std::move(after), benchmark), what);
   if (changes.empty()) return '-';
-  return "wbmu"[static_cast<int>(changes[0].kind)];
+  return "wbmun"[static_cast<int>(changes[0].kind)];
 }
 
 TEST(CompareResults, TimesChangeBeyondTheNoiseOfTheirRounds) {
@@ -73,6 +73,38 @@ TEST(CompareResults, WhatRunsAgainstTheClockIsJudgedLikeATime) {
   EXPECT_EQ(verdict("ticks", {2}, {3}, {}, "ring"), 'w') << "counted";
   EXPECT_EQ(verdict("ticks", {2}, {3}, {false, false}, "ring"), 'w') << "on any machine";
   EXPECT_EQ(verdict("%", {1, 1, 1, 1, 1, 1}, {2, 2, 2, 2, 2, 2}, {}, "load"), 'w');
+}
+
+// Of six rounds and more they were still called times of fewer rounds, for there is one value of them.
+TEST(CompareResults, VirtualTimesAreJudgedByOneRoundOnAnyMachine) {
+  for (const Comparison what : {Comparison{}, Comparison{false, false}}) {
+    EXPECT_EQ(verdict(kVirtualTimeUnit, {2000}, {9000}, what, "device"), 'w');
+    EXPECT_EQ(verdict(kVirtualTimeUnit, {9000}, {2000}, what, "device"), 'b');
+    EXPECT_EQ(verdict(kVirtualTimeUnit, {2000}, {2000 + 1e-10}, what, "device"), '-');
+  }
+}
+
+TEST(CompareResults, WhatIsPooledIsJudgedByItsInterval) {
+  const auto servo = [](double ratio, double low, double high, double tail) {
+    Results r;
+    r.all.push_back({"servo", {"daemon wake max", "us", {1, 2, 3, 4, 5, 6}}});
+    r.all.push_back({"servo", {"daemon wake p99, all slices", "us", {tail}}});
+    r.all.push_back({"servo", {"wake p99, daemon / bare, all slices", "", {ratio}}});
+    r.all.push_back({"servo", {"wake p99, daemon / bare, 95 % low", "", {low}}});
+    r.all.push_back({"servo", {"wake p99, daemon / bare, 95 % high", "", {high}}});
+    return r;
+  };
+  const auto kinds = [](const Results& a, const Results& b) {
+    std::string text;
+    for (const Change& c : compare(a, b, {})) text += "wbmun"[static_cast<int>(c.kind)];
+    return text;
+  };
+  const Results before = servo(1.5, 1.4, 1.6, 9);
+  EXPECT_EQ(kinds(before, servo(2.5, 2.3, 2.7, 90)), "nw");
+  EXPECT_EQ(kinds(servo(2.5, 2.3, 2.7, 90), before), "nb");
+  EXPECT_EQ(kinds(before, servo(1.7, 1.5, 1.9, 90)), "n") << "the intervals meet";
+  EXPECT_EQ(roundsToJudge(before), 6u);
+  EXPECT_FALSE(isCompared(before.all[4], {}));
 }
 
 TEST(CompareResults, OfMeansAndTailsNoRoundMayBeShared) {

@@ -43,7 +43,7 @@ struct Side {
     return series;
   }
   [[nodiscard]] Series pooled(const std::string& quantity, double part) const {
-    return {name + " " + quantity + ", all slices", "us", {pooledQuantile(slices, part) / kNsPerUs}};
+    return {fmt::format("{} {}{}", name, quantity, kPooled), "us", {pooledQuantile(slices, part) / kNsPerUs}};
   }
 };
 
@@ -93,9 +93,9 @@ int run(const Common& common, const ServoOptions& options) {
   }
   for (const auto& [quantity, part] : {std::pair{"wake p99", 0.99}, std::pair{"wake p99.9", 0.999}}) {
     const Interval ratio = pooledRatio(daemon.slices, bare.slices, part, 1);
-    all.push_back({fmt::format("{}, daemon / bare, all slices", quantity), "", {ratio.value}});
-    all.push_back({fmt::format("{}, daemon / bare, 95 % low", quantity), "", {ratio.low}});
-    all.push_back({fmt::format("{}, daemon / bare, 95 % high", quantity), "", {ratio.high}});
+    for (const auto& [of, value] :
+         {std::pair{kPooled, ratio.value}, {kPooledLow, ratio.low}, {kPooledHigh, ratio.high}})
+      all.push_back({fmt::format("{}, daemon / bare{}", quantity, of), "", {value}});
   }
   all.insert(all.end(), {render50, cycle50, cycle99, share, missed, touched});
   print(common, "servo", all,

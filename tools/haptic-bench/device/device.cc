@@ -156,11 +156,11 @@ bool judge(const PlayedCase& played, const Common& common, double seconds, std::
   DeviceTable table(played.name, all);
   const Protocol protocol = measure(played, seconds);  // All but the processor time is the same each time.
   table.add("readings", "Hz", protocol.rate_hz);
-  table.add("age of a reading, median", "us", part(protocol.age_us, 0.5));
-  table.add("age of a reading, worst", "us", part(protocol.age_us, 1));
+  table.add("age of a reading, median", kVirtualTimeUnit, part(protocol.age_us, 0.5));
+  table.add("age of a reading, worst", kVirtualTimeUnit, part(protocol.age_us, 1));
   if (!protocol.delay_us.empty()) {  // Else it has no motors.
-    table.add("command to motors, median", "us", part(protocol.delay_us, 0.5));
-    table.add("command to motors, worst", "us", part(protocol.delay_us, 1));
+    table.add("command to motors, median", kVirtualTimeUnit, part(protocol.delay_us, 0.5));
+    table.add("command to motors, worst", kVirtualTimeUnit, part(protocol.delay_us, 1));
   }
   table.add("wrong or late on the wire", "", static_cast<double>(protocol.complaints));
   table.add("driver", "us a tick", protocol.driver_us);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "tools/haptic-bench/result/results.h"
@@ -14,7 +15,7 @@ enum class Family { kTime, kError, kHash };
 
 Family familyOf(const std::string& unit) {
   if (unit == "hash") return Family::kHash;
-  for (const char* error : {"N^2", "m", "J", "samples", "ticks", kCountedUnit, kForceErrorUnit}) {
+  for (const char* error : {"N^2", "m", "J", "samples", "ticks", kCountedUnit, kForceErrorUnit, kVirtualTimeUnit}) {
     if (unit == error) return Family::kError;
   }
   return Family::kTime;
@@ -28,7 +29,7 @@ const Rule& ruleOf(const StoredResult& result) {
 
 /** Whether two runs of one build differ in it: a time ("ns per message" too), or what runs against the clock. */
 bool varies(const StoredResult& result) {
-  if (result.column != nullptr) return false;
+  if (result.column != nullptr || result.series.unit == kVirtualTimeUnit) return false;
   const std::string &benchmark = result.benchmark, &unit = result.series.unit;
   const std::string first = unit.substr(0, unit.find(' '));
   for (const char* time : {"ns", "us", "ms", "s", "1/ms"}) {
@@ -49,6 +50,22 @@ bool isSteady(const Series& s) {
   return s.name.size() > kMedian.size() && s.name.compare(s.name.size() - kMedian.size(), kMedian.size(), kMedian) == 0;
 }
 
+bool isPooled(const Series& s) { return s.name.ends_with(kPooled); }
+
+/** An end of the interval of what is pooled. */
+bool isPooledEnd(const Series& s) { return s.name.ends_with(kPooledLow) || s.name.ends_with(kPooledHigh); }
+
+/** Of what is pooled, if the file holds it. */
+std::optional<Estimate> pooledInterval(const Results& results, const StoredResult& pooled) {
+  const std::string& name = pooled.series.name;
+  const auto end = [&](std::string_view which) {
+    return results.find(pooled.benchmark, name.substr(0, name.size() - kPooled.size()) + std::string(which));
+  };
+  const StoredResult *low = end(kPooledLow), *high = end(kPooledHigh);
+  if (low == nullptr || high == nullptr) return std::nullopt;
+  return Estimate{pooled.series.rounds[0], low->series.rounds[0], high->series.rounds[0]};
+}
+
 /** How likely it is that, of rounds that differ by chance alone, all of one run exceed all of the other. */
 double chanceApart(std::size_t a, std::size_t b) {
   const auto logFactorial = [](std::size_t n) { return std::lgamma(static_cast<double>(n) + 1); };
@@ -61,10 +78,11 @@ bool suffices(std::size_t before, std::size_t after, std::size_t count) {
          chanceApart(before, after) * static_cast<double>(count) < 0.05;
 }
 
-/** Quantities that vary and are not steady. */
+/** Quantities that vary from round to round and are not steady. */
 std::size_t countRestless(const Results& results) {
-  return static_cast<std::size_t>(std::count_if(
-      results.all.begin(), results.all.end(), [](const StoredResult& r) { return varies(r) && !isSteady(r.series); }));
+  return static_cast<std::size_t>(std::count_if(results.all.begin(), results.all.end(), [](const StoredResult& r) {
+    return varies(r) && !isSteady(r.series) && !isPooled(r.series) && !isPooledEnd(r.series);
+  }));
 }
 
 /** All rounds, not only those about the median. */
@@ -110,6 +128,7 @@ bool sameMachine(const Results& a, const Results& b) {
 
 bool isCompared(const StoredResult& result, const Comparison& what) {
   if (result.series.name == kMachineLatency) return false;  // Who else reads memory decides it, not the build.
+  if (isPooledEnd(result.series)) return false;             // Judged with what lies between them.
   if (result.column != nullptr) return what.times || result.column->role != TableColumn::Role::kMemory;
   switch (familyOf(result.series.unit)) {
     case Family::kTime:
@@ -150,7 +169,15 @@ std::vector<Change> compare(const Results& before, const Results& after, const C
     }
     const Series* now = &found->series;
     change.after = estimate(now->rounds);
-    if (varies(old)) {
+    if (isPooled(old.series)) {
+      const std::optional<Estimate> a = pooledInterval(before, old), b = pooledInterval(after, *found);
+      if (!a || !b) {
+        change.kind = Change::Kind::kNoInterval;
+        changes.push_back(change);
+        continue;
+      }
+      change.before = *a, change.after = *b;
+    } else if (varies(old)) {
       const bool steady = isSteady(old.series);
       if (!suffices(old.series.rounds.size(), now->rounds.size(), steady ? 1 : restless)) {
         change.kind = Change::Kind::kUnknown;

@@ -56,7 +56,13 @@ struct Comparison {
 
 /** A quantity that changed. */
 struct Change {
-  enum class Kind { kWorse, kBetter, kMissing, kUnknown } kind = Kind::kWorse;  ///< kUnknown: see compare().
+  enum class Kind {
+    kWorse,
+    kBetter,
+    kMissing,
+    kUnknown,     ///< See compare().
+    kNoInterval,  ///< Of all slices of a run together: nobody knows how much that varies.
+  } kind = Kind::kWorse;
   std::string benchmark, quantity, unit;
   Estimate before, after;
 };

@@ -318,7 +318,7 @@ class Commands(BenchCase):
 
     def test_numbers_need_not_be_whole(self):
         self.assertIn("no simulated device", self.bench("zwidth", "mouse://", "--damping", 0.5, "--rate", 1500.5, code=1))
-        self.bench("models", "--latency", 2.5, "--rates", 62.5, "--stiffness", 300.5, "--seconds", 0.5, "--triangles", 100)
+        self.assertIn(" 3 ms late", self.bench("models", "--latency", 2.5, "--rates", 62.5, "--stiffness", 300.5, "--seconds", 0.5, "--triangles", 100))
         self.bench("cost", "--radius", 0.5, "--triangles", 1000, "--seconds", 0.1, "--rounds", 1)
 
     def test_an_output_that_is_not_whole_ends_with_1(self):

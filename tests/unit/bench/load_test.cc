@@ -82,6 +82,21 @@ TEST(Load, ARunIsJudgedByTheShareOfItsSource) {
   }
 }
 
+// The fit was for another time than the one at which the model came in.
+TEST(Load, ALatencyIsOfWholeTicksAndOneAtLeast) {
+  EXPECT_EQ(steppedLatency_s(0), 0.001);
+  EXPECT_EQ(steppedLatency_s(0.0004), 0.001);
+  EXPECT_DOUBLE_EQ(steppedLatency_s(0.0026), 0.003);
+  const Stroked s = strokeOver({0.05, 0}, {}, 0.6);
+  for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
+    const auto forces = [&](double latency_s) {
+      return clientForces(source, ball().client(), {1.0 / 30, latency_s, 1000}, s.hips);
+    };
+    EXPECT_TRUE(forces(0) == forces(0.001)) << nameOf(source);
+    EXPECT_TRUE(forces(0.0026) == forces(0.003)) << nameOf(source);
+  }
+}
+
 TEST(Load, PatchAtThirtyHertzIsTheMesh) {
   const Stroked s = strokeOver({0.05, 0}, {}, kSeconds);
   const std::vector<Vec3> patch = clientForces(Source::kPatch, ball().client(), kSlow, s.hips);

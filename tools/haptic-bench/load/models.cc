@@ -60,6 +60,7 @@ void printTable(const std::string& title, const std::vector<FromReferences>& row
 
 int runModels(const Common& common, const ModelsOptions& options) {
   const BumpySphere shape{options.radius, options.bumps};
+  const double latency_s = steppedLatency_s(options.latency_ms * 1e-3);
   for (const double k : options.stiffness) {
     const double depth = Stroke{}.force / k;
     if (depth < options.radius * (1 - options.bumps)) continue;
@@ -106,15 +107,15 @@ int runModels(const Common& common, const ModelsOptions& options) {
     judge("native", native);
     for (const Source source : {Source::kPlane, Source::kPatch, Source::kForce}) {
       for (const double rate : distinct(options.rates_hz)) {
-        const ClientTiming timing{1 / rate, options.latency_ms * 1e-3, k};
+        const ClientTiming timing{1 / rate, latency_s, k};
         judge(fmt::format("{} at {:g} Hz", nameOf(source), rate),
               clientForces(source, surface.client(), timing, stroke.hips));
       }
     }
   }
   const std::string what = fmt::format("models, {} triangles", model.triangles.size());
-  const std::string settings = fmt::format("radius {} m, bumps {}, {} ms late, {} s", options.radius, options.bumps,
-                                           options.latency_ms, options.seconds);
+  const std::string settings = fmt::format("radius {} m, bumps {}, {:g} ms late, {} s", options.radius, options.bumps,
+                                           1e3 * latency_s, options.seconds);
   if (common.csv) {
     print(common, what, all, settings);
     return 0;
@@ -133,7 +134,8 @@ void addModels(CLI::App& app, Run& chosen) {
       "models", "Force of local models and of client forces against the native scene, by the client's rate");
   bounded(models, "--rates", options->rates_hz, "Client's rates [Hz]", 1.0, 1000.0);
   bounded(models, "--stiffness", options->stiffness, "[N/m]", 1.0, 1e5);
-  bounded(models, "--latency", options->latency_ms, "Time from the client's sample to the force [ms]", 0.0, 1000.0);
+  bounded(models, "--latency", options->latency_ms,
+          "Whole ticks from the client's sample to the force, one at least [ms]", 0.0, 1000.0);
   bounded(models, "--seconds", options->seconds,
           "Length of the stroke at 0.1 m/s and 1 N [s]; 0.3 of it are not judged", 0.5, 100.0);
   bounded(models, "--triangles", options->triangles, "Triangles of the mesh", 100, 8'000'000);

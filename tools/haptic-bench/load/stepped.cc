@@ -105,7 +105,11 @@ std::vector<Vec3> nearestForces(const haptic::SurfaceMesh& mesh, double stiffnes
   return forces;
 }
 
-std::vector<Vec3> clientForces(Source source, const haptic::SurfaceMesh& mesh, const ClientTiming& timing,
+double steppedLatency_s(double asked_s) {
+  return static_cast<double>(std::max(1LL, std::llround(asked_s / kTick_s))) * kTick_s;
+}
+
+std::vector<Vec3> clientForces(Source source, const haptic::SurfaceMesh& mesh, const ClientTiming& asked,
                                std::span<const Vec3> hips) {
   static_assert(sizeof(haptic_local_model) == sizeof(hd_local_model));
   static_assert(sizeof(haptic_client_force) == sizeof(hd_client_force));
@@ -117,6 +121,8 @@ std::vector<Vec3> clientForces(Source source, const haptic::SurfaceMesh& mesh, c
   const auto meshes = std::make_unique<MeshTable>();
   Stepper stepper(*meshes);
   std::deque<Sent> under_way;
+  ClientTiming timing = asked;
+  timing.latency_s = steppedLatency_s(asked.latency_s);
   const auto latency = static_cast<std::size_t>(std::llround(timing.latency_s / kTick_s));
   std::size_t sent = 0;
   std::vector<Vec3> forces;

@@ -28,6 +28,9 @@ enum class Facets {
 [[nodiscard]] std::vector<Vec3> nearestForces(const haptic::SurfaceMesh& mesh, double stiffness,
                                               std::span<const Vec3> hips);
 
+/** A latency as clientForces() has it: in whole ticks, and at least the one in which a message comes in. */
+[[nodiscard]] double steppedLatency_s(double asked_s);
+
 /** Force of the models or forces (kForce) that the client sends. */
 [[nodiscard]] std::vector<Vec3> clientForces(Source source, const haptic::SurfaceMesh& mesh, const ClientTiming& timing,
                                              std::span<const Vec3> hips);

@@ -7,6 +7,8 @@
  * The device is moved as the trajectory says (no hand, no device dynamics), slowly enough for the tool's own mass to
  * matter little; contacts come from formulas, so that what is measured is response, coupling and local model alone.
  */
+#include "tools/haptic-bench/command/sixdof.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -33,13 +35,12 @@ namespace {
 
 using namespace hapticd;  // NOLINT(google-build-using-namespace)
 
-constexpr double kDt = 1e-3;         ///< Of the servo [s].
-constexpr double kSeconds = 8;       ///< Of a trajectory.
-constexpr double kMass = 0.05;       ///< Of the tool [kg].
-constexpr double kSettle = 0.5;      ///< Not judged [s].
-constexpr double kFelt = 0.05;       ///< Truth below this share of its greatest has no direction to speak of.
-constexpr double kMargin = 0.003;    ///< Of the contacts [m].
-const Vec3 kHalf(0.02, 0.03, 0.01);  ///< Half-extents of the box [m].
+constexpr double kDt = 1e-3;                      ///< Of the servo [s].
+constexpr double kSeconds = 8;                    ///< Of a trajectory.
+constexpr double kMass = 0.05;                    ///< Of the tool [kg].
+constexpr double kSettle = 0.5;                   ///< Not judged [s].
+constexpr double kMargin = 0.003;                 ///< Of the contacts [m].
+const Vec3 kHalf(0.02, 0.03, 0.01);               ///< Half-extents of the box [m].
 constexpr double kBall = 0.02, kObstacle = 0.08;  ///< Radii [m].
 
 /** A pair of solids in closed form, a path of the device, and what is then to be felt. */
@@ -125,31 +126,6 @@ constexpr Scenario kBallInGroove{"ball in groove",
                                    }
                                    return Wrench{force, Vec3::Zero()};
                                  }};
-
-/** Errors of one vector over a trajectory. */
-struct Judged {
-  double square = 0, size = 0, worst = 0, angle = 0, worst_angle = 0, greatest = 0;
-  int samples = 0, directed = 0;
-
-  void add(const Vec3& felt, const Vec3& truth) {
-    greatest = std::max(greatest, truth.norm());
-    const double error = (felt - truth).norm();
-    square += error * error;
-    size += truth.squaredNorm();
-    worst = std::max(worst, error);
-    ++samples;
-    if (truth.norm() < kFelt * greatest || truth.isZero(0) || felt.isZero(0)) return;
-    const double turn = std::acos(std::clamp(felt.normalized().dot(truth.normalized()), -1.0, 1.0));
-    angle += turn * turn;
-    worst_angle = std::max(worst_angle, turn);
-    ++directed;
-  }
-  [[nodiscard]] double rms() const { return std::sqrt(square / samples); }
-  [[nodiscard]] double relative() const { return size > 0 ? std::sqrt(square / size) : NAN; }
-  [[nodiscard]] double degrees() const { return directed > 0 ? std::sqrt(angle / directed) * 180 / EIGEN_PI : NAN; }
-  /** Within 5 % and 3 degrees, or there is nothing to be felt. */
-  [[nodiscard]] bool isGood() const { return size == 0 ? std::isfinite(square) : relative() < 0.05 && degrees() < 3; }
-};
 
 struct Played {
   Judged force, torque;
@@ -248,7 +224,8 @@ int run(const Common& common, bool check) {
                      column(r.torque.degrees(), "°"), r.deepest * 1e6);
         }
         const bool default_response = response == responses.front();
-        good = good && (!default_response || (r.force.isGood() && r.torque.isGood()));
+        // A torque made of nothing: against that of the force at the ball's radius.
+        good = good && (!default_response || (r.force.isGood(0) && r.torque.isGood(kBall * r.force.truth())));
       }
     }
   }

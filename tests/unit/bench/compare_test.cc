@@ -20,13 +20,13 @@ Results one(const std::string& unit, std::vector<double> rounds, const std::stri
   return r;
 }
 
-/** What compare says of one quantity: w(orse), b(etter), m(issing), u(nknown), n(o interval) or -. */
+/** What compare says of one quantity: w(orse), b(etter), m(issing), u(nknown), n(o interval), o(ther unit) or -. */
 char verdict(const std::string& unit, std::vector<double> before, std::vector<double> after, Comparison what = {},
              const std::string& benchmark = "b") {
   const std::vector<Change> changes =
       compare(one(unit, std::move(before), benchmark), one(unit, std::move(after), benchmark), what);
   if (changes.empty()) return '-';
-  return "wbmun"[static_cast<int>(changes[0].kind)];
+  return "wbmuno"[static_cast<int>(changes[0].kind)];
 }
 
 TEST(CompareResults, TimesChangeBeyondTheNoiseOfTheirRounds) {
@@ -96,7 +96,7 @@ TEST(CompareResults, WhatIsPooledIsJudgedByItsInterval) {
   };
   const auto kinds = [](const Results& a, const Results& b) {
     std::string text;
-    for (const Change& c : compare(a, b, {})) text += "wbmun"[static_cast<int>(c.kind)];
+    for (const Change& c : compare(a, b, {})) text += "wbmuno"[static_cast<int>(c.kind)];
     return text;
   };
   const Results before = servo(1.5, 1.4, 1.6, 9);
@@ -105,6 +105,30 @@ TEST(CompareResults, WhatIsPooledIsJudgedByItsInterval) {
   EXPECT_EQ(kinds(before, servo(1.7, 1.5, 1.9, 90)), "n") << "the intervals meet";
   EXPECT_EQ(roundsToJudge(before), 6u);
   EXPECT_FALSE(isCompared(before.all[4], {}));
+}
+
+// "missing" for every row of AVX-512 ended each comparison of two machines with 1.
+TEST(CompareResults, RowsOfAVectorUnitThatTheOtherMachineLacksAreNotMissed) {
+  const auto machine = [](std::initializer_list<const char*> rows) {
+    std::string text = tableForm("collide").header() + "\n";
+    for (const char* row : rows) text += fmt::format("bumpy,{},1,1,1,1,1,1,1,500,1,1,10.0,0.50,0.10,0.50\n", row);
+    return Results::parse(text, "t");
+  };
+  const Results newer =
+      machine({"278k AVX-512,contacts", "278k AVX-512,fifth", "278k AVX2,contacts", "278k portable,contacts"});
+  const Results older = machine({"278k AVX2,contacts", "278k AVX2,fifth", "278k portable,contacts"});
+  const auto missing = [](const Results& a, const Results& b, const Comparison& what) {
+    int count = 0;
+    for (const Change& c : compare(a, b, what)) count += c.kind == Change::Kind::kMissing ? 1 : 0;
+    return count;
+  };
+  const Results plain = machine({"278k portable,contacts", "278k portable,fifth"});
+  for (const auto& [a, b] : {std::pair{&newer, &older}, {&older, &newer}, {&plain, &older}, {&newer, &plain}}) {
+    EXPECT_EQ(missing(*a, *b, {false, false}), 0);
+    EXPECT_GT(missing(*a, *b, {}), 0) << "of one machine";
+  }
+  EXPECT_GT(missing(newer, machine({"278k AVX-512,contacts", "278k portable,contacts"}), {false, false}), 0);
+  EXPECT_GT(missing(older, machine({"278k AVX2,contacts", "278k AVX2,fifth"}), {false, false}), 0);
 }
 
 TEST(CompareResults, OfMeansAndTailsNoRoundMayBeShared) {

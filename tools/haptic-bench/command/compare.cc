@@ -73,11 +73,11 @@ int run(const CompareOptions& options) {
   Comparison what = options.what;
   what.times = !options.errors_only;
   if (what.times && !sameMachine(before, after)) fmt::print("# machine or build differ: times say little\n");
-  int worse = 0, unknown = 0, no_interval = 0;
+  int worse = 0, unknown = 0, no_interval = 0, other_unit = 0;
   const std::vector<Change> changes = compare(before, after, what);
   for (const Change& c : changes) {
     if (c.kind >= Change::Kind::kUnknown) {
-      ++(c.kind == Change::Kind::kUnknown ? unknown : no_interval);
+      ++(c.kind == Change::Kind::kUnknown ? unknown : c.kind == Change::Kind::kNoInterval ? no_interval : other_unit);
       continue;
     }
     const char* kind =
@@ -92,7 +92,7 @@ int run(const CompareOptions& options) {
   printOneSided(before, after, what);
   const auto compared =
       std::count_if(before.all.begin(), before.all.end(), [&](const StoredResult& r) { return isCompared(r, what); });
-  const int passed_over = unknown + no_interval;
+  const int passed_over = unknown + no_interval + other_unit;
   if (compared == passed_over) {
     throw Failure(options.before, "nothing in it is compared", "without --errors, with --hashes, or of more --rounds");
   }
@@ -104,6 +104,7 @@ int run(const CompareOptions& options) {
     fmt::print("# {} not judged: of all slices together, however many rounds; only a ratio of such has an interval\n",
                no_interval);
   }
+  if (other_unit > 0) fmt::print("# {} not compared: of vector units that only one machine has\n", other_unit);
   fmt::print("{} of {} quantities worse or missing\n", worse, compared - passed_over);
   return worse == 0 ? 0 : 1;
 }

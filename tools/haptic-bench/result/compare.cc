@@ -1,8 +1,11 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
 
+#include "rt/contact/point_kernel.h"
 #include "tools/haptic-bench/result/results.h"
 
 namespace haptic_bench {
@@ -64,6 +67,32 @@ std::optional<Estimate> pooledInterval(const Results& results, const StoredResul
   const StoredResult *low = end(kPooledLow), *high = end(kPooledHigh);
   if (low == nullptr || high == nullptr) return std::nullopt;
   return Estimate{pooled.series.rounds[0], low->series.rounds[0], high->series.rounds[0]};
+}
+
+/** The vector unit of a row of collide, if it is of one. */
+std::optional<hapticd::PointPath> vectorUnitOf(const StoredResult& result) {
+  using hapticd::PointPath;
+  for (const PointPath path : {PointPath::kPortable, PointPath::kAvx2, PointPath::kAvx512}) {
+    if (result.benchmark.find(fmt::format(" {} query=", hapticd::nameOf(path))) != std::string::npos) return path;
+  }
+  return std::nullopt;
+}
+
+/** The best unit that a machine has, by its rows. */
+std::optional<hapticd::PointPath> bestUnit(const Results& results) {
+  std::optional<hapticd::PointPath> best;
+  for (const StoredResult& r : results.all) best = std::max(best, vectorUnitOf(r));
+  return best;
+}
+
+/** Whether a row that is gone is one that the other machine cannot have: some are of its best unit only. */
+bool isOfOtherUnit(const StoredResult& gone, std::optional<hapticd::PointPath> best_before, const Results& after) {
+  const std::optional<hapticd::PointPath> unit = vectorUnitOf(gone);
+  if (!unit) return false;
+  return (unit == best_before && unit != bestUnit(after)) ||
+         (unit != hapticd::PointPath::kPortable &&
+          std::none_of(after.all.begin(), after.all.end(),
+                       [&](const StoredResult& r) { return vectorUnitOf(r) == unit; }));
 }
 
 /** How likely it is that, of rounds that differ by chance alone, all of one run exceed all of the other. */
@@ -158,12 +187,15 @@ std::size_t roundsToJudge(const Results& before) {
 std::vector<Change> compare(const Results& before, const Results& after, const Comparison& what) {
   std::vector<Change> changes;
   const std::size_t restless = countRestless(before);
+  const std::optional<hapticd::PointPath> best_unit = bestUnit(before);
   for (const StoredResult& old : before.all) {
     if (!isCompared(old, what)) continue;
     Change change{
         Change::Kind::kMissing, old.benchmark, old.series.name, old.series.unit, estimate(old.series.rounds), {}};
     const StoredResult* found = after.find(old.benchmark, old.series.name);
     if (found == nullptr || found->series.unit != old.series.unit) {
+      if (found == nullptr && !what.times && isOfOtherUnit(old, best_unit, after))
+        change.kind = Change::Kind::kOtherUnit;
       changes.push_back(change);
       continue;
     }

@@ -62,6 +62,7 @@ struct Change {
     kMissing,
     kUnknown,     ///< See compare().
     kNoInterval,  ///< Of all slices of a run together: nobody knows how much that varies.
+    kOtherUnit,   ///< A row of a vector unit that the other machine does not have, of errors across machines.
   } kind = Kind::kWorse;
   std::string benchmark, quantity, unit;
   Estimate before, after;

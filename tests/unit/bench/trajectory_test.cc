@@ -1,6 +1,7 @@
 /** @file
  * Generators: what they say of the truth holds on the surface they run over.
  */
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,6 +14,8 @@
 
 namespace haptic_bench {
 namespace {
+
+using ::testing::HasSubstr;
 
 TEST(Trajectories, PressedInTheyFeelTheForceAtTheStiffness) {
   const Model model = makeModel("sphere:radius=0.001");
@@ -255,6 +258,19 @@ TEST(Trajectories, AStrokeOverATwoSidedSheetHasTheNormalOfItsFacet) {
   for (const auto& v : above) sheet.triangles.push_back({v[2], v[1], v[0]});
   for (const SurfaceSample& s : geodesic(sheet, {1, 1000, 1}, 0.1, 0.5, Vec3(0, 0, 1)))
     ASSERT_NEAR(std::abs(s.normal.z()), 1, 1e-12) << "the normals of its vertices cancel";
+}
+
+// The truth of a thin model was pressed through its middle without a word, where the exact nearest point is off by 1 N.
+TEST(Trajectories, WhereAnotherSideIsNearerIsTold) {
+  const auto told = [](const char* model, const char* way) {
+    testing::internal::CaptureStderr();
+    (void)makeTrajectory(way, makeModel(model), {1000});
+    return testing::internal::GetCapturedStderr();
+  };
+  EXPECT_THAT(told("sphere:radius=0.0005", "geodesic:seconds=0.1,speed=0.01"),
+              HasSubstr("at 100 of 100 samples another side of sphere:radius=0.0005 is nearer"));
+  EXPECT_EQ(told("sphere:radius=0.01", "geodesic:seconds=0.1"), "");
+  EXPECT_EQ(told("plane", "geodesic:seconds=0.1"), "");
 }
 
 TEST(Trajectories, FaultsAreNamed) {

@@ -82,6 +82,7 @@ Trajectory readOut(const Table& table, const std::vector<double>& t_s, const Vec
   }
   Trajectory in = pressInto(out, surface);
   judgeWhereItFits(in, out, model, surface.radius, table.where());
+  tellOfThinPlaces(in, out, model, table.where());
   return in;
 }
 

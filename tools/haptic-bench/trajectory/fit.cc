@@ -6,6 +6,7 @@
 
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/model/tree_nearest.h"
+#include "tools/haptic-bench/tell.h"
 
 namespace haptic_bench {
 namespace {
@@ -36,6 +37,21 @@ void judgeWhereItFits(Trajectory& in, const std::vector<SurfaceSample>& out, con
   }
   if (in.unfit < out.size()) return;
   throw Failure(what, fmt::format("a ball of {:g} mm fits nowhere on its way", 1e3 * radius), "a smaller --radius");
+}
+
+void tellOfThinPlaces(const Trajectory& in, const std::vector<SurfaceSample>& out, const Model& model,
+                      const std::string& what) {
+  const TreeNearest surface(model);
+  std::size_t beyond = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const Vec3& hip = in.samples[i].hip;
+    if (out[i].force > 0 && surface.find(hip).outward(hip).dot(out[i].normal) < 0) ++beyond;
+  }
+  if (beyond == 0) return;
+  tellOnce(
+      fmt::format("{}: at {} of {} samples another side of {} is nearer to the hand than the one it presses on, "
+                  "and nearest is no yardstick",
+                  what, beyond, out.size(), model.name));
 }
 
 }  // namespace haptic_bench

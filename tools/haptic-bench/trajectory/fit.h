@@ -1,5 +1,6 @@
 /** @file
- * Where a ball fits: a corner that is narrower than it keeps it off the point that it should touch.
+ * Where an out-trajectory does not fit the model: a corner that is narrower than the ball keeps it off the point that
+ * it should touch, and in a thin place the hand is pressed through the middle.
  */
 #pragma once
 
@@ -18,6 +19,13 @@ namespace haptic_bench {
  * left.
  */
 void judgeWhereItFits(Trajectory& in, const std::vector<SurfaceSample>& out, const Model& model, double radius,
+                      const std::string& what);
+
+/**
+ * Says on the standard error at how many samples the hand is pressed in so far that another side of the model is nearer
+ * to it. The nearest point does not feel the truth there; a proxy does on a plate, but slides around what is round.
+ */
+void tellOfThinPlaces(const Trajectory& in, const std::vector<SurfaceSample>& out, const Model& model,
                       const std::string& what);
 
 }  // namespace haptic_bench

@@ -48,6 +48,7 @@ struct Generator {
   const char* name;
   const char* help;
   std::vector<SurfaceSample> (*make)(const Request& request);
+  bool any_mesh = false;  ///< Also a thin one.
 };
 
 constexpr Generator kGenerators[] = {
@@ -89,10 +90,11 @@ constexpr Generator kGenerators[] = {
                        r.spec.number("z", 1, -100, 100));
        return geodesic(r.model, r.pace(), r.spec.number("speed", 0.1, 1e-6, 10), r.spec.number("azimuth", 0.5, -10, 10),
                        from);
-     }},
+     },
+     true},
     {"measured",
      "measured:forces=F.csv,poses=P.csv: a probe's force and pose streams, registered to the model (docs/benchmark.md)",
-     [](const Request& r) { return readMeasured(r.spec, r.model); }},
+     [](const Request& r) { return readMeasured(r.spec, r.model); }, true},
 };
 
 /** A kind of file: add yours here. */
@@ -167,6 +169,7 @@ Trajectory makeTrajectory(const std::string& text, const Model& model, const Sur
     spec.finish();
     Trajectory made = pressInto(out, surface);
     judgeWhereItFits(made, out, model, surface.radius, text);
+    if (g.any_mesh) tellOfThinPlaces(made, out, model, text);
     // What is measured lies off the mesh, and flat facets lie above a hollow's smooth surface.
     made.start = outside(made.start, model, surface.radius);
     made.name = text;

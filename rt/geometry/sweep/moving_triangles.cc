@@ -14,7 +14,23 @@ namespace {
 constexpr double kFarther = 1.125;      // Than the longest way of a vertex: so far off a triangle may touch the point.
 constexpr double kNoHeight = 1.0 / 16;  // Skins.
 constexpr double kLow = 0.5;            // Skins: lower, the point is put back.
-constexpr int kTries = 4;               // To find no more triangles than there is room for.
+constexpr int kTries = 12;              // To find no more triangles than there is room for, each in
+constexpr double kNarrower = 0.25;      // of the reach before.
+
+double narrower(double reach, double skin) HD_RT { return std::max(kNarrower * reach, kLiesOn * skin); }
+
+/** From x to the box about where the move's triangle is before it and after all of them, along the axes. */
+double gapTo(const MeshView& mesh, const TriangleMove& move, const Vec3& x) HD_RT {
+  const auto& corner = mesh.triangles[move.triangle];
+  double gap = 0;
+  for (int k = 0; k < 3; ++k) {
+    const auto [low, high] =
+        std::minmax({move.before[0][k], move.before[1][k], move.before[2][k], mesh.vertices[corner[0]][k],
+                     mesh.vertices[corner[1]][k], mesh.vertices[corner[2]][k]});
+    gap = std::max({gap, low - x[k], x[k] - high});
+  }
+  return gap;
+}
 
 }  // namespace
 
@@ -46,7 +62,29 @@ MovingTriangles::MovingTriangles(const MeshView& mesh, std::span<const TriangleM
       longest = std::max(longest, std::abs(double{move.after[k]} - move.before[move.corner][k]));
   }
   reach_ = kFarther * longest + kLiesOn * meeting.skin;
-  for (int i = 1; !collect(moves, x, reach_, i == kTries) && i < kTries; ++i) reach_ *= 0.25;
+  if (collect(moves, x, reach_, false)) return;
+  for (int i = narrow(moves, x); !collect(moves, x, reach_, i == kTries - 1) && i < kTries - 1; ++i)
+    reach_ = narrower(reach_, meeting.skin);
+}
+
+/**
+ * Where there is no room: takes back the reach till there may be, and says which try that is. What jumps elsewhere in
+ * the mesh must not make it so wide that what is here is left out. One look at each move: of a triangle there are
+ * three.
+ */
+int MovingTriangles::narrow(std::span<const TriangleMove> moves, const Vec3& x) HD_RT {
+  std::uint32_t last[kTries] = {};  // How many moves come so near in a try, but not in the next one.
+  for (const TriangleMove& move : moves) {
+    if (move.mesh != &mesh_) continue;
+    const double gap = gapTo(mesh_, move, x);
+    int within = 0;
+    for (double reach = reach_; within < kTries && gap <= reach; ++within) reach = narrower(reach, meeting_.skin);
+    if (within > 0) ++last[within - 1];
+  }
+  int i = kTries - 1;
+  for (std::uint32_t moved = last[i]; i > 1 && moved + last[i - 1] <= 3 * kMost; --i) moved += last[i - 1];
+  for (int k = 0; k < i; ++k) reach_ = narrower(reach_, meeting_.skin);
+  return i;
 }
 
 /** False if there may be more than there is room for; then not `all` is gone through. */
@@ -68,12 +106,7 @@ bool MovingTriangles::collect(std::span<const TriangleMove> moves, const Vec3& x
 /** The move's triangle, if it comes within reach and there is room for it. */
 MovingTriangles::Moving* MovingTriangles::add(const TriangleMove& move, const Vec3& x, double reach) HD_RT {
   const auto& corner = mesh_.triangles[move.triangle];
-  for (int k = 0; k < 3; ++k) {
-    const auto [low, high] =
-        std::minmax({move.before[0][k], move.before[1][k], move.before[2][k], mesh_.vertices[corner[0]][k],
-                     mesh_.vertices[corner[1]][k], mesh_.vertices[corner[2]][k]});
-    if (x[k] < low - reach || x[k] > high + reach) return nullptr;
-  }
+  if (gapTo(mesh_, move, x) > reach) return nullptr;
   std::uint32_t at = move.triangle % (2 * kMost);
   for (; place_[at] != 0; at = (at + 1) % (2 * kMost))
     if (all_[place_[at] - 1].move.triangle == move.triangle) return &all_[place_[at] - 1];

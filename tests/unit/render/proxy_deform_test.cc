@@ -179,6 +179,34 @@ TEST(ProxyOnDeformable, WhatMovesElsewhereIsNotFelt) {
   }
 }
 
+/** A vertex of the same mesh that jumps far away widens the search, but leaves out nothing of what is at the hand. */
+TEST(ProxyOnDeformable, AVertexThatJumpsElsewhereIsNotFeltOnARisingSheet) {
+  for (const Vec3& hip : {Vec3(0.0003, 0.0002, 0), Vec3(0.0143, 0.0136, 0), Vec3(-0.0152, 0.0111, 0)}) {
+    Sheet plain(33), jumping(33);
+    for (Sheet* s : {&plain, &jumping}) {
+      for (auto& v : s->mesh.vertices) v = {v[0] * 0.33F, v[1] * 0.33F, 0};  // 1 mm apart.
+      const auto a = s->mesh.addVertex({0.7, 0, 0}), b = s->mesh.addVertex({0.7, 0.001, 0});
+      s->mesh.addTriangle(a, b, s->mesh.addVertex({0.701, 0, 0}));
+    }
+    TestScene still, moving;
+    const auto sheet = still.addMesh(plain.mesh.deformableView()),
+               other = moving.addMesh(jumping.mesh.deformableView());
+    for (TestScene* t : {&still, &moving}) {
+      t->tick(hip + Vec3(0, 0, 0.001));
+      t->tick(hip);
+    }
+    for (int i = 1; i <= 30; ++i) {
+      auto moves = plain.at([&](double x, double) { return x < 0.5 ? 2e-4 * i : 0.0; });
+      ASSERT_EQ(still.moveVertices(sheet, moves), ErrorCode::kOk);
+      moves.back().p[2] = i % 2 == 0 ? 0.0F : 0.5F;
+      ASSERT_EQ(moving.moveVertices(other, moves), ErrorCode::kOk);
+      const SurfaceContact &one = still.tick(hip), &two = moving.tick(hip);
+      ASSERT_NEAR(one.force.z(), 0.2 * i, 1e-6) << i;
+      ASSERT_EQ(one.force, two.force) << i;
+    }
+  }
+}
+
 TEST(ProxyOnDeformable, OnlyThisTicksMovesAreSwept) {
   Sheet sheet(2);
   TestScene t;

@@ -34,7 +34,7 @@ void ProxyRenderer::reset(const Vec3& hip_W) HD_RT {
   started_ = true;
   behind_ = false;
   pinched_by_ = 0;
-  crowded_ = true;
+  about_.set();
   arrivals_ = kNoArrivals;
 }
 
@@ -59,15 +59,15 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   surroundings_.tick();
   begin(step);
   const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
-  if (deformed && !crowded_) makeRoom(step);       // Of what has appeared in it fitRadius() takes it out.
+  if (deformed) makeRoom(step);
   step.together = step.together || !step.carried;  // Vertices have moved elsewhere.
   if (scene.arrivals() != arrivals_) {
     arrivals_ = scene.arrivals();
-    crowded_ = true;
+    about_.set();
     rest_.count = 0;  // It may have jumped: no motion, and its surface is elsewhere.
     stepOff(step);
   }
-  if (deformed || radius_ != wanted_radius_ || (crowded_ && radius_ > 0)) fitRadius(step);
+  if (deformed || radius_ != wanted_radius_ || (about_.any() && radius_ > 0)) fitRadius(step);
   settleNearer(step);
   if (step.sweeps > kMaxRounds && stepOff(step, true)) [[unlikely]] {  // To and fro between the sides of a sheet.
     step.count = 0;

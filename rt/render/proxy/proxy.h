@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -347,8 +348,8 @@ class ProxyRenderer {
   std::uint32_t hint_ = HD_NO_INDEX;
   bool started_ = false;
   bool keep_ = true;
-  std::uint64_t arrivals_ = 0;  ///< Of the scene, as in the last step.
-  bool crowded_ = true;         ///< Something may stand in the ball that has not come there by a motion.
+  std::uint64_t arrivals_ = 0;                                    ///< Of the scene, as in the last step.
+  std::bitset<kMaxObjects> about_ = ~std::bitset<kMaxObjects>();  ///< Slots of what may have appeared about its centre.
   Surroundings surroundings_;
   Rest rest_;
   Looked looked_;

@@ -109,7 +109,7 @@ void ProxyRenderer::leavePinch(Step& step, const Pinch& pinch) HD_RT {
   const Vec3 from = step.scene->slot(on).toWorld(carried_[on]);
   arrive(step, from);
   step.plain = true;
-  crowded_ = true;
+  about_.set();
   settle(step);
   if (leadsAway(from, proxy_, step.goal)) (void)goBack(step, from, 0);
 }

@@ -51,12 +51,12 @@ NearestResult nearestWithin(const SceneObject& object, const Vec3& x, double rea
 /**
  * Pushes the ball out of meshes whose vertices have moved into it, faces, edges or vertices; its centre they have taken
  * along already. It is swept through the meshes as they are now, as large as it is free where it is, so it passes
- * nothing; where it cannot go it is made to fit (fitRadius).
+ * nothing; where it cannot go it is made to fit (fitRadius), as in a mesh that has appeared about its centre.
  */
 void ProxyRenderer::makeRoom(Step& step) HD_RT {
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
-    if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
+    if (object.shape.kind != ShapeKind::kMesh || object.appeared || about_[slot]) continue;
     bool deformed = false;
     for (const TriangleMove& move : step.scene->triangleMoves()) deformed = deformed || move.mesh == object.shape.mesh;
     if (deformed) pushOut(step, slot);
@@ -145,7 +145,7 @@ bool ProxyRenderer::stepOff(Step& step, bool unstuck) HD_RT {
  */
 void ProxyRenderer::fitRadius(Step& step) HD_RT {
   double room = wanted_radius_, least = 0;
-  bool inside_any = false;
+  std::bitset<kMaxObjects> about;
   std::uint32_t work = std::max(step.work, kMaxWork / 2);  // The rest is left to go to where less is as near.
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
@@ -154,7 +154,7 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
     least = std::max(least, kLeastBall * skinInTouch(step, object));
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;
     const bool far = (object.toWorld(x) - object.center_W).norm() > object.radius;  // Surely outside.
-    const double reach = crowded_ && !far && !two_sided ? std::numeric_limits<double>::infinity() : room + skin;
+    const double reach = about_[slot] && !far && !two_sided ? std::numeric_limits<double>::infinity() : room + skin;
     Nearest near;
     const std::uint32_t before = work;
     const NearestResult result = nearestWithin(object, x, reach, nullptr, work, near);
@@ -163,14 +163,14 @@ void ProxyRenderer::fitRadius(Step& step) HD_RT {
     if (result == NearestResult::kNone) continue;
     const double distance = std::sqrt(near.squared_distance);
     if (!two_sided && near.isInside(x)) {
-      inside_any = true;
+      about[slot] = true;
     } else if (distance < room + skin) {
       const double free = std::max(0.0, distance - skin);  // But what is free as it is stays as it is.
       room = distance > radius_ + 0.5 * skin ? std::max(free, std::min(room, radius_)) : free;
     }
   }
   radius_ = room >= least ? room : 0;
-  crowded_ = inside_any;
+  about_ = about;
 }
 
 }  // namespace hapticd

@@ -75,10 +75,11 @@ bool ProxyRenderer::slideOnCurve(Step& step, const Vec3& at, double friction, do
 /**
  * What a twist about the normal leaves of friction to a proxy that is r from the foot, d deep, on stiffness k: within
  * the ellipse of thesis eq. 2.48 it sticks; from beyond it comes back along the line to the goal (eq. 2.50), to
- * r / sqrt(x^2 + y^2). Asked once in a step, where it begins: each look from a place nearer would leave it less.
+ * r / sqrt(x^2 + y^2). Asked only where the step begins, of all that holds it there: each look from a place nearer
+ * would leave it less.
  */
 void ProxyRenderer::shareFriction(Step& step, double k, double r, double d, Friction& friction) const HD_RT {
-  if (!step.shares) {
+  if (!step.shares || !step.judged) {
     const auto share = [&](double coefficient) HD_RT {
       const double bears = coefficient * k * d * load_.arm;
       return bears > 0 ? load_.moment / bears : std::numeric_limits<double>::infinity();

@@ -294,19 +294,20 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     if (!nearestOnPlanes(exact, active, on_surface)) on_surface = foot;
     const Vec3 lag = at - foot;
     const double r = lag.norm(), d = (on_surface - step.goal).norm();
-    double left = 1;
+    double left = 1, stiffness = surface.material.stiffness;
     Vec3 eased = Vec3::Zero();
     if (d > 0 && (surface.material.damping > 0 || !isOneBit(active))) {
       // What damping leaves of the elastic force where the surface goes away from the hand: the cone is that of the
       // rest.
       const Press press = pressOf(step, surface, first.feature, active, on_surface - step.goal, at);
+      stiffness = press.stiffness;
       const double approach = std::min(0.0, press.normal.dot(press.at_hip - step.v_W));
       if (press.damping > 0) {
         left = std::max(0.0, 1 + press.damping * approach / (press.stiffness * d));
         eased = press.damping / press.stiffness * (step.v_W - press.at_hip);
       }
     }
-    if (load_.moment > 0) shareFriction(step, surface.material.stiffness, r, left * d, friction);
+    if (load_.moment > 0) shareFriction(step, stiffness, r, left * d, friction);
     step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
     if (!step.judged) {
       step.asked = true;

@@ -62,6 +62,37 @@ TEST(ProxyTwist, FromBeyondItComesBackAlongTheLineToTheGoal) {
   }
 }
 
+/** In a corner of two walls it is what both press with that bears the twist, whichever was touched first. */
+TEST(ProxyTwist, TheEllipseInACornerIsThatOfAllThatPresses) {
+  const Quat to_x(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitY()));  // A wall that faces x.
+  for (const bool wall_first : {true, false}) {
+    for (const double share : {0.3, 0.6, 0.95}) {
+      for (const double beside : {1e-4, 1.05 * kTwistDepth}) {
+        TestScene t;
+        const auto wall = t.add(ShapeKind::kPlane, Vec3::Zero(), {Vec3::Zero(), to_x}, {500, 0, 0, 0});
+        const auto floor = t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {2000, 0, 0, 0});
+        const Vec3 hip(-beside, 0, -kTwistDepth);
+        t.tick({1e-3, 0, 1e-3});
+        t.tick(wall_first ? Vec3(hip.x(), 0, 1e-3) : Vec3(1e-3, 0, hip.z()));
+        t.tick(hip);
+        t.material(wall, {500, 0, kGroundStill, kGroundSliding});
+        t.material(floor, {2000, 0, kGroundStill, kGroundSliding});
+        t.tick(hip);
+        ASSERT_EQ(t.contact.object, wall_first ? wall : floor);
+        const double pressed = t.contact.stiffness * t.contact.depth;
+        ASSERT_NEAR(pressed, std::hypot(4, 500 * beside), 1e-3);
+        t.proxy.bear({share * kGroundStill * pressed * kTwistArm, kTwistArm});
+        const double most = kGroundStill * t.contact.depth * std::sqrt(1 - share * share);
+        const double lag = 0.999 * most - t.tick(hip + Vec3(0, 0.999 * most, 0)).proxy.y();
+        EXPECT_NEAR(lag, 0.999 * most, 1e-9) << wall_first << " " << share << " " << beside;
+        EXPECT_FALSE(t.contact.slip);
+        t.tick(hip + Vec3(0, 1.001 * most, 0));
+        EXPECT_TRUE(t.contact.slip) << wall_first << " " << share << " " << beside;
+      }
+    }
+  }
+}
+
 /** What bears nothing of a twist leaves nothing: without an arm, or hardly pressed. */
 TEST(ProxyTwist, ATwistThatNothingBearsTakesAllOfFriction) {
   EXPECT_NEAR(Twisted().lag(1e-3, 0.1, 0), 0, 1e-9);

@@ -109,7 +109,7 @@ bool ProxyRenderer::touchesHeld(const Step& step, std::uint32_t slot, const Vec3
 bool ProxyRenderer::nearerOn(Step& step, const Support& now, std::uint32_t slot, int i, Nearer& best) const HD_RT {
   const SceneObject& object = step.scene->slot(slot);
   const Constraint& c = step.held[i];
-  const double mu = frictionOf(step, object, now.active, now.foot - step.goal).still;
+  const double mu = frictionOf(step, step.scene->slot(c.slot), now.active, now.foot - step.goal).still;
   NearestQuery query;
   query.x = step.hipIn(slot);
   // With friction: nearer by more than the cone can account for. From the air before a surface on which the ball is

@@ -232,6 +232,22 @@ TEST(ProxyAround, ASolidThatDoesNotHoldTheProxyMayHaveTheNearestSurface) {
   }
 }
 
+/** It is friction of what holds the proxy by which this may be behind, not that of what is nearer by a tenth. */
+TEST(ProxyAround, FrictionOfWhatHoldsTheProxyTellsHowMuchNearerIsNearer) {
+  for (const double holds : {0.0, 0.6}) {
+    for (const double other : {0.0, 0.6}) {
+      TestScene t;  // A bar as above, but the one box stands out at the top, the other at the sides.
+      t.add(ShapeKind::kBox, Vec3(0.025, 0.0099, 0.01), {Vec3(-0.015, 0, -0.01), Quat::Identity()},
+            {1000, 0, holds, holds});
+      t.add(ShapeKind::kBox, Vec3(0.025, 0.01, 0.01), {Vec3(0.015, 0, -0.01 - 1e-6), Quat::Identity()},
+            {1000, 0, other, other});
+      for (int i = 0; i <= 100; ++i) t.tick(Vec3(0.009, 0.0064, 1e-3 - 5e-5 * i));
+      EXPECT_NEAR(t.contact.normal.y(), holds > 0 ? 0 : 1, 1e-9) << holds << " " << other;
+      EXPECT_NEAR(t.contact.depth, holds > 0 ? 0.004 : 0.0036, 1e-9) << holds << " " << other;
+    }
+  }
+}
+
 TEST(ProxyAround, WhereABallDoesNotFitItLooksForNoWay) {
   // Over waves whose nearest point often lies in a hollow too narrow for the ball.
   TestMesh mesh =

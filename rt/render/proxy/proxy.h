@@ -130,7 +130,8 @@ class ProxyRenderer {
   /** Of the last step. */
   [[nodiscard]] const ProxyEffort& effort() const HD_RT { return effort_; }
   [[nodiscard]] const Surroundings& surroundings() const HD_RT { return surroundings_; }
-  /** What held the proxy at the end of the last step; none, where no object of these is shaded or rings. */
+  /** What held the proxy at the end of the last step; none, where no object of these is shaded, rings or has a relief.
+   */
   [[nodiscard]] std::span<const HoldingSurface> holding() const HD_RT {
     return {holding_.data(), static_cast<std::size_t>(holding_count_)};
   }

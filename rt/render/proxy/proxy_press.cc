@@ -34,12 +34,13 @@ int ProxyRenderer::holders(const Step& step, std::uint32_t active, const Vec3& u
   return count;
 }
 
-/** Tells which surfaces hold the proxy, if any of them is shaded or rings. */
+/** Tells which surfaces hold the proxy, if any of them is shaded, rings or has a relief. */
 void ProxyRenderer::noteHolding(const Step& step, std::uint32_t active, const Vec3& up) HD_RT {
   bool asked = false;
   for (int i = 0; i < step.count; ++i) {
-    const SurfaceParameters& surface = step.scene->slot(step.held[i].slot).surface.parameters;
-    asked = asked || surface.smooth_cosine > 0 || surface.transient_gain > 0;
+    const Surface& surface = step.scene->slot(step.held[i].slot).surface;
+    asked = asked || surface.parameters.smooth_cosine > 0 || surface.parameters.transient_gain > 0 ||
+            surface.relief != nullptr;
   }
   if (asked) holding_count_ = holders(step, active, up, holding_.data());
 }

@@ -320,6 +320,40 @@ TEST(SurfaceEffects, ACarriedReliefGivesWhatItIsChargedFor) {
   EXPECT_GT(aside, 0.1);
 }
 
+/** Beside a wall too, and whether or not it rings: a sheet that its vertices raise to a hand above half its relief. */
+TEST(SurfaceEffects, InACornerAReliefGoesWithTheVerticesBelowIt) {
+  const TestRelief black(16, 16, [](auto, auto) { return 0.0; });
+  for (const double gain : {0.0, 1e-9}) {
+    TestScene scene;
+    SurfaceEffects effects{3};
+    scene.table->publishTexture(0, &black.view);
+    test::TestMesh mesh = test::heightMesh(0.05, 1, [](double, double) { return 0.0; });
+    const auto sheet = scene.addMesh(mesh.deformableView());
+    const Quat lean = fromRotationVector(-std::numbers::pi / 2 * Vec3::UnitY());
+    scene.add(ShapeKind::kPlane, Vec3::Zero(), {{0.01, 0, 0}, lean});
+    SurfaceParameters s = gain > 0 ? test::ringing(gain, 150, 0.01) : SurfaceParameters{};
+    s.relief = 1;
+    s.relief_depth = 5e-4;
+    s.relief_size[0] = s.relief_size[1] = 0.02;
+    ASSERT_EQ(scene.setSurface(sheet, s), ErrorCode::kOk);
+    scene.tick({0, 0, 0.001});
+    for (int i = 1; i <= 20; ++i) {
+      const double z = 1e-4 * i;
+      std::vector<hd_vertex_move> moves;
+      for (std::uint32_t v = 0; v < 4; ++v)
+        moves.push_back({v, {mesh.vertices[v][0], mesh.vertices[v][1], static_cast<float>(z)}});
+      ASSERT_EQ(scene.moveVertices(sheet, moves), ErrorCode::kOk);
+      const Vec3 hip(std::min(0.011, 0.001 * i), 0, z - 0.001);
+      scene.tick(hip);
+      const SurfaceForces forces = effects.step(*scene.scene, scene.contact, scene.proxy.holding(), hip, Vec3::Zero());
+      if (i < 15) continue;
+      ASSERT_EQ(scene.contact.parts, 2u) << i;
+      ASSERT_NEAR(forces.relief.z(), -0.5, 1e-5) << gain;
+      ASSERT_NEAR(forces.carried.z(), -0.5 * 0.1, 1e-5) << gain;
+    }
+  }
+}
+
 TEST(SurfaceEffects, AReliefDependsOnPlaceAlone) {
   const TestRelief picture = waves();
   Touch slow(relief(5e-4), &picture.view), fast(relief(5e-4), &picture.view);

@@ -22,7 +22,7 @@ inline constexpr double kConeRounding = 1e-9;  ///< Of the radius of a cone.
  * length or the other.
  *
  * @param left  What it was left at, in depths.
- * @param friction_dynamic  Coefficient of the material.
+ * @param friction_dynamic  Coefficient of the material; times what damping leaves of the normal force.
  * @param depth  Of the hand below the surface [m].
  * @param step  By which a reading of the hand's place may be off on each axis, from one to the next [m]. Not positive
  *              counts as 0.

@@ -224,7 +224,7 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
     holdAt(t, contact.depth);
   }
   inherited_ = false;
-  slip_ = r > 0 && r >= (slip_ ? left * slipEnds(left_, mu_d, contact.depth, resolution) : sticks);
+  slip_ = r > 0 && r >= (slip_ ? slipEnds(left_, left * mu_d, contact.depth, resolution) : sticks);
   // The spring gains nothing. Without friction nothing is held, nor on the other side of a solid, where it would pull.
   const double along = n.dot(anchor_ - x);
   const double most2 = (anchor_ - x).squaredNorm() + beyond_ - contact.full * contact.full;
@@ -237,7 +237,7 @@ Vec3 LocalModel::contactForce(const Contact& contact, const Vec3& x, const Vec3&
     holdAt(t, contact.depth);
     beyond_ += most2 - r * r;
   }
-  left_ = std::min(mu_d, r / contact.depth);
+  left_ = std::min(left * mu_d, r / contact.depth);
   const Vec3 spring = anchor_ - x;
   out.stored = 0.5 * k * (spring.squaredNorm() + beyond_);
   const double push = k * std::max(0.0, n.dot(spring));

@@ -311,7 +311,7 @@ void ProxyRenderer::plan(Step& step, Plan& plan) HD_RT {
     step.slip = step.slipped;  // Surfaces that it meets where it is hold it together: none decides alone.
     if (!step.judged) {
       step.asked = true;
-      step.slip = slip_ && r >= left * slipEnds(left_, friction.sliding, d, resolution_);
+      step.slip = slip_ && r >= slipEnds(left_, left * friction.sliding, d, resolution_);
     }
     const double sliding = left * friction.sliding;
     const double cone = (step.slip ? sliding : left * friction.still) * d;

@@ -299,6 +299,26 @@ TEST(ProxyFriction, AWithdrawingHandIsHeldByWhatDampingLeaves) {
   }
 }
 
+/** By so little as one at rest, though damping has narrowed its cone; and not while what that leaves goes up and down.
+ */
+TEST(ProxyFriction, AWithdrawingHandThatTurnsBackSticks) {
+  constexpr double kDamping = 80, kMu = 0.4, kOut = 0.05;  // 4 of 10 N.
+  for (const double back : {0.0, 0.05}) {
+    TestScene t;
+    t.add(ShapeKind::kPlane, Vec3::Zero(), {}, {kGripStiffness, kDamping, 1.5 * kMu, kMu});
+    t.tick(Vec3(0, 0, 1e-3));
+    Vec3 hip(0, 0, -10 / kGripStiffness);
+    for (int i = 0; i < 200; ++i) t.tick(hip += Vec3(1e-4, 0, 0), Vec3(0.1, 0, 0));
+    for (int i = 0; i < 20; ++i) {
+      t.tick(hip += Vec3(1e-4, 0, kTick * kOut), Vec3(0.1, 0, (1 + 0.1 * (i % 2)) * kOut));
+      ASSERT_TRUE(t.contact.slip) << i;
+    }
+    const double r = std::abs(t.contact.proxy.x() - hip.x());
+    t.tick(hip += Vec3(back > 0 ? -back * r : 1e-4, 0, kTick * kOut), Vec3(0, 0, kOut));
+    EXPECT_EQ(t.contact.slip, back == 0);
+  }
+}
+
 /** To the bit: what rounding left of it would be a direction to whoever asks for one. */
 TEST(ProxyFriction, DampingThatTakesAllLeavesNoForceAtAll) {
   Random random(seedOf(9));

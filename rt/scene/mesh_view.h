@@ -40,6 +40,7 @@ struct MeshView {
     std::uint64_t moves = 0;         ///< Of vertices, so far.
     VertexMotion* motion = nullptr;  ///< Of each vertex; null: none is known.
     double moved = 0;                ///< When any moved last, on the scene's clock [s].
+    std::uint64_t noted = 0;         ///< The advance() of the scene for which it noted any of them; 0: none.
   };
 
   const Float3* vertices = nullptr;

@@ -324,7 +324,9 @@ ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
     const std::uint32_t vertex = d.motion && move.index < d.source_count ? d.source_vertex[move.index] : HD_NO_INDEX;
     float from[3] = {};
     if (vertex < mesh->vertex_count) std::copy_n(mesh->vertices[vertex], 3, from);
+    const std::uint32_t noted = moves_are_new_ ? move_count_ : 0;
     noteTriangles(*mesh, move);
+    if (moves_are_new_ && move_count_ > noted) mesh->deform.noted = advances_ + 1;
     moveVertex(*mesh, move.index, move.p, refit);
     if (vertex < mesh->vertex_count) noteMotion(*mesh, vertex, from, time_ + dt_, dt_);  // In the tick that comes.
   }
@@ -370,6 +372,7 @@ void Scene::rebuildTouchable() HD_RT {
 void Scene::advance(double dt) HD_RT {
   time_ += dt;
   dt_ = dt;
+  ++advances_;
   if (!moves_are_new_) move_count_ = 0;
   moves_are_new_ = false;
   if (settled_) return;

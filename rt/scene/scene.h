@@ -165,6 +165,8 @@ class Scene {
    * surface along. Beyond kMaxTriangleMoves in one tick the rest moves without being swept.
    */
   [[nodiscard]] std::span<const TriangleMove> triangleMoves() const HD_RT { return {moves_.data(), move_count_}; }
+  /** Whether any of these is of that mesh, which is in the scene. */
+  [[nodiscard]] bool movesTriangles(const MeshView& mesh) const HD_RT { return mesh.deform.noted == advances_; }
   /** Slots of objects with an effect, kMaxEffects at most. */
   [[nodiscard]] std::span<const std::uint16_t> effects() const HD_RT { return {effecting_.data(), effecting_count_}; }
   [[nodiscard]] const EffectParameters& effect(std::uint32_t i) const HD_RT { return effects_[i]; }
@@ -246,7 +248,8 @@ class Scene {
   std::uint64_t effect_changes_ = 0;
   std::array<TriangleMove, kMaxTriangleMoves> moves_{};
   std::uint32_t move_count_ = 0;
-  bool moves_are_new_ = false;  ///< The next advance() keeps them.
+  bool moves_are_new_ = false;  ///< The next advance() keeps them,
+  std::uint64_t advances_ = 0;  ///< of which there were so many.
   double time_ = 0;             ///< Sum of all dt [s],
   double dt_ = 0;               ///< and the last of them, or that of the tick that comes.
   std::uint64_t tick_ = 0;      ///< Of the servo.

@@ -36,6 +36,7 @@ void noteMotion(MeshView& mesh, std::uint32_t vertex, const float (&from)[3], do
 void forgetMotion(MeshView& mesh) noexcept {
   if (mesh.deform.motion != nullptr) std::fill_n(mesh.deform.motion, mesh.vertex_count, VertexMotion{});
   mesh.deform.moved = 0;
+  mesh.deform.noted = 0;
 }
 
 bool isJump(const MeshView& mesh, std::uint32_t vertex) HD_RT {

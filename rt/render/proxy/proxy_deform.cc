@@ -48,6 +48,7 @@ void ProxyRenderer::followVertices(Step& step) HD_RT {
     const SceneObject& object = step.scene->slot(slot);
     if (object.shape.kind != ShapeKind::kMesh || object.appeared) continue;
     const MeshView& mesh = *object.shape.mesh;
+    if (!step.scene->movesTriangles(mesh)) continue;
     const double skin = step.skin(object);
     const Footing known = footing_.object == object.id && footing_.number == object.shape.number ? footing_ : Footing{};
     const bool two_sided = (object.flags & HD_OBJECT_TWO_SIDED) != 0;

@@ -57,9 +57,7 @@ void ProxyRenderer::makeRoom(Step& step) HD_RT {
   for (const std::uint16_t slot : step.scene->touchable()) {
     const SceneObject& object = step.scene->slot(slot);
     if (object.shape.kind != ShapeKind::kMesh || object.appeared || about_[slot]) continue;
-    bool deformed = false;
-    for (const TriangleMove& move : step.scene->triangleMoves()) deformed = deformed || move.mesh == object.shape.mesh;
-    if (deformed) pushOut(step, slot);
+    if (step.scene->movesTriangles(*object.shape.mesh)) pushOut(step, slot);
   }
 }
 

@@ -65,8 +65,9 @@ ErrorCode LocalModelSlot::set(const Command& command, std::int64_t now_ns, const
   }
   follow(next, scene);
   if (state_ != State::kEmpty) {
-    follow(now_, scene);
-    next.model.inherit(now_.model, now_.frame, next.frame);
+    Framed& former = evaluated_ ? now_ : before_;  // What never came into force holds no hand.
+    follow(former, scene);
+    next.model.inherit(former.model, former.frame, next.frame);
   }
   replace(next, command.seq, now_ns, next.model.blend_ns());
   lease_ns_ = next.model.lease_ns();

@@ -5,7 +5,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kMostSpeed = 10.0;  // As of a pose that is a motion [m/s].
+constexpr double kMostSpeed = 10.0;  // As of a pose that is a motion [m/s],
+constexpr double kMostTime = 0.02;   // which counts as no longer, however long there was none before it [s].
 
 Vec3 lastVelocity(const MeshView& mesh, std::uint32_t vertex) HD_RT {
   const VertexMotion& motion = mesh.deform.motion[vertex];
@@ -40,7 +41,8 @@ void forgetMotion(MeshView& mesh) noexcept {
 }
 
 bool isJump(const MeshView& mesh, std::uint32_t vertex) HD_RT {
-  return !(lastVelocity(mesh, vertex).squaredNorm() <= kMostSpeed * kMostSpeed);
+  const double duration = mesh.deform.motion[vertex].duration, faster = std::max(1.0, duration / kMostTime);
+  return !((faster * lastVelocity(mesh, vertex)).squaredNorm() <= kMostSpeed * kMostSpeed);
 }
 
 Vec3 deformingVelocity(const MeshView& mesh, std::uint32_t triangle, const Vec3& x, double time) HD_RT {

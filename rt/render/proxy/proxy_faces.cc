@@ -63,7 +63,7 @@ bool Walk::seekOn(const WalkedPlane& plane) HD_RT {
   end = hip;
   if (friction == 0) return true;
   const Vec3 away = proxy - hip, lag = away - plane.normal.dot(away) * plane.normal;
-  const double depth = skin - plane.height(hip), length = lag.norm();
+  const double depth = -skin - plane.height(hip), length = lag.norm();
   const double cone = friction * std::max(0.0, depth - std::max(0.0, plane.normal.dot(eased)));
   if (!(length > cone)) return false;
   end += cone / length * lag;
@@ -101,7 +101,7 @@ bool Walk::toEnd(std::uint32_t first) HD_RT {
       if (next == before) return seekInHollow(f, out);
       if (count == kMaxFaces) return false;
     } else {
-      if (friction == 0) next = nearerThanSide(f, hip, skin - plane.height(hip) - radius, kFewOfSide, work);
+      if (friction == 0) next = nearerThanSide(f, hip, -skin - plane.height(hip) - radius, kFewOfSide, work);
       if (next == HD_NO_INDEX || next == before || count == kMaxFaces) return true;
     }
     before = triangle;

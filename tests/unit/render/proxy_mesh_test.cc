@@ -35,6 +35,20 @@ TEST(ProxyOnMesh, SlidingOverATessellatedPlaneGivesOneSteadyForce) {
   }
 }
 
+/** From face to face it comes to the border of its cone by the depth below the surface, not by that of its skin too. */
+TEST(ProxyOnMesh, TheConeBeyondAnEdgeIsThatOfTheDepth) {
+  constexpr double kMu = 0.5, kDepth = 0.003;
+  TestMesh mesh = test::heightMesh(0.1, 20, [](double, double) { return 0.0; });
+  TestScene t;
+  t.addMesh(mesh.view(), {}, {1000, 0, kMu, kMu});
+  t.tick(Vec3(-0.05, 0.0123, 0.001));
+  for (int i = 0; i < 20; ++i) {
+    const Vec3 hip(-0.05 + 0.004 * i, 0.0123 + 0.001 * i, -kDepth);
+    const SurfaceContact& c = t.tick(hip);
+    if (i > 2) ASSERT_NEAR((c.proxy - hip).head<2>().norm(), kMu * kDepth, 2e-14) << i;
+  }
+}
+
 TEST(ProxyOnMesh, SlidingExactlyAlongEdgesAndThroughVerticesHolds) {
   TestMesh mesh = test::heightMesh(0.1, 8, [](double, double) { return 0.0; });
   for (const Vec3& along : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(1, 1, 0), Vec3(1, -1, 0)}) {

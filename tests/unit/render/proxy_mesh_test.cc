@@ -45,7 +45,9 @@ TEST(ProxyOnMesh, TheConeBeyondAnEdgeIsThatOfTheDepth) {
   for (int i = 0; i < 20; ++i) {
     const Vec3 hip(-0.05 + 0.004 * i, 0.0123 + 0.001 * i, -kDepth);
     const SurfaceContact& c = t.tick(hip);
-    if (i > 2) ASSERT_NEAR((c.proxy - hip).head<2>().norm(), kMu * kDepth, 2e-14) << i;
+    if (i > 2) {
+      ASSERT_NEAR((c.proxy - hip).head<2>().norm(), kMu * kDepth, 2e-14) << i;
+    }
   }
 }
 

@@ -107,6 +107,7 @@ void Panel::lose() noexcept {
   lost_.store(true, std::memory_order_release);
   for (std::size_t i = 0; i < line_.size(); ++i) {
     if (line_[i].role >= Role::kEnable) (void)lines_->set(i, false);
+    line_[i].shown = false;
   }
 }
 
@@ -173,7 +174,7 @@ void Panel::show(std::int64_t now_ns) noexcept {
 }
 
 void Panel::set(std::size_t line, bool active) noexcept {
-  if (line_[line].shown == active) return;
+  if (lost() || line_[line].shown == active) return;  // One that refused has put all off, in the midst of show().
   line_[line].shown = active;
   if (!lines_->set(line, active)) lose();
 }

@@ -351,6 +351,27 @@ TEST_F(PanelTest, MayHaveOutputsAlone) {
   EXPECT_EQ(board.level[0], 0);
 }
 
+/** Whatever the order of the lines: those that show() has yet to come to stay off as well. */
+TEST_F(PanelTest, NoOutputGoesOnAfterOneThatRefuses) {
+  for (const std::size_t next : {kEnable, kHeartbeat, kLed}) {
+    const std::vector<LineConfig> all = config;
+    config = {all[next == kLed ? kEnable : kLed], all[next]};
+    for (std::atomic<int>& level : board.level) level = 0;
+    safety.stop = false;
+    sign = safety.take();
+    make();
+    board.refuses = 0;
+    sign->enabled = true;
+    pass(3 * Panel::kLook_ns);
+    EXPECT_TRUE(panel->lost()) << next;
+    EXPECT_EQ(board.level[1], 0) << next;
+    panel.reset();
+    SafetyLines::giveBack(sign);
+    board.refuses = 1000;
+    config = all;
+  }
+}
+
 /** A stop whose sense is turned round would be closed when its wire is cut. */
 TEST(PanelLines, AreTakenAsTheConfigurationSays) {
   std::vector<LineConfig> config;

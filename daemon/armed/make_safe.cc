@@ -24,8 +24,19 @@ struct Child {
   std::string said;
 };
 
+/** Closes all other descriptors but the standard ones. */
+void keepAlone(int fd) noexcept {
+  constexpr unsigned kFirst = STDERR_FILENO + 1;
+  const auto kept = static_cast<unsigned>(fd);
+  if (kept > kFirst) (void)::close_range(kFirst, kept - 1, 0);
+  (void)::close_range(std::max(kept + 1, kFirst), ~0U, 0);
+}
+
 /** In the child: the device, then its answer into the pipe: '+' or '-', and a text. */
 [[noreturn]] void answer(int pipe, const std::string& uri, const SafeOne& one) {
+  // One that is left behind would hold the lock on the list, and the sockets. The log may have been among them: nothing
+  // writes to it here.
+  keepAlone(pipe);
   std::string said;
   try {
     const Result<void> done = one(uri);

@@ -26,7 +26,8 @@ using SafeOne = std::function<Result<void>(const std::string& uri)>;
 
 /**
  * Calls `one` for each URI in a child process, all at once, and waits at most `within`; whoever is not done then is
- * killed, and left behind where the kernel does not let go of it. Call it while the process has one thread. One result
+ * killed, and left behind where the kernel does not let go of it. `one` finds no descriptors open but the standard
+ * ones, so that one left behind holds no lock of ours. Call it while the process has one thread. One result
  * for each, in order.
  */
 [[nodiscard]] std::vector<MadeSafe> makeSafe(const std::vector<std::string>& uris, const SafeOne& one,

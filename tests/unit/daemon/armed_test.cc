@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <optional>
 #include <random>
 #include <set>
 #include <sstream>
@@ -338,9 +339,8 @@ TEST(MakeSafe, NeitherHangNorCrashKeepsTheOthersFromIt) {
 }
 
 /** One that does not die when it is killed, as in a transfer that the kernel never ends: here a tracer keeps it. */
-TEST(MakeSafe, OneThatTheKernelHoldsIsLeftBehind) {
-  TemporaryDirectory folder;
-  const std::string held = folder.path() + "/held", let_go = folder.path() + "/let go";
+TEST_F(ArmedFile, OneThatTheKernelHoldsIsLeftBehindWithoutTheList) {
+  const std::string held = folder_.path() + "/held", let_go = folder_.path() + "/let go";
   const auto one = [&](const std::string& uri) -> Result<void> {
     if (uri != "held") return {};
     ::prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY);
@@ -354,12 +354,16 @@ TEST(MakeSafe, OneThatTheKernelHoldsIsLeftBehind) {
     ::pause();
     return {};
   };
+  std::optional<ArmedList> list(open());
   const auto results = makeSafe({"held", "last"}, one, std::chrono::milliseconds(500));
+  list.reset();
   if (!std::filesystem::exists(held)) GTEST_SKIP() << "no process may trace another here";
   EXPECT_FALSE(std::filesystem::exists(let_go));
   ASSERT_EQ(results.size(), 2u);
   EXPECT_EQ(results[0].text, "it did not answer in time");
   EXPECT_TRUE(results[1].ok);
+  const auto again = ArmedList::open(path());
+  EXPECT_TRUE(again.ok()) << toString(again.error()) << ": whoever is left behind must not keep the next from it";
 }
 
 TEST(MakeSafe, ASchemeThatNobodyKnowsIsAnError) {

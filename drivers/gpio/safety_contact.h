@@ -28,6 +28,7 @@ class SafetyContact {
 
   /** The level is `closed` at `now_ns`, by an edge or by a look. */
   void see(bool closed, std::int64_t now_ns) HD_RT {
+    pass(now_ns);  // First, at the level that was: an opening that is over counts for all its time.
     if (closed != level_) {
       level_ = closed;
       changed_ns_ = now_ns;

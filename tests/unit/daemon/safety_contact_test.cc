@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <vector>
 
 #include "tests/support/seeds.h"
 #include "tests/support/time.h"
@@ -53,6 +54,48 @@ TEST(SafetyContact, ClosesWhenItHasBeenQuietForAWhile) {
   contact.pass(t + SafetyContact::kSettle_ns);
   EXPECT_FALSE(contact.open());
   EXPECT_EQ(contact.due(), SafetyContact::kNever);
+}
+
+/** Whoever feeds it comes late: the edge that closes it is told before anybody saw how long it had been open. */
+TEST(SafetyContact, AnOpeningCountsAlsoWhenItsClosingIsToldFirst) {
+  for (const bool long_enough : {false, true}) {
+    SafetyContact contact(5 * kMs, true);
+    contact.see(false, kQuiet);
+    contact.see(true, kQuiet + (long_enough ? 5 : 4) * kMs);
+    EXPECT_EQ(contact.open(), long_enough);
+    EXPECT_EQ(contact.due(), kQuiet + (long_enough ? 5 * kMs + SafetyContact::kSettle_ns : 5 * kMs));
+  }
+}
+
+/** Told by edges alone, without a look in between: from each edge on it is open as the whole way of its wire says. */
+TEST(SafetyContact, EdgesAloneTellEveryOpeningThatIsLongEnough) {
+  std::mt19937 random(seedOf(12));
+  int trips = 0, passed_over = 0;
+  for (int round = 0; round < 1000; ++round) {
+    const std::int64_t debounce = static_cast<std::int64_t>(1 + random() % 5) * kMs;
+    SafetyContact contact(debounce, true);
+    std::vector<std::int64_t> edges;  // The first opens, the second closes, and so on.
+    std::int64_t t = kQuiet;
+    for (int edge = 0; edge < 20; ++edge) {
+      t += static_cast<std::int64_t>(random() % 8 == 0 ? 40 : 1 + random() % 12) * kMs / 2;
+      contact.see(edge % 2 != 0, t);
+      edges.push_back(t);
+      // Open by an opening as long as the debounce or by two that began within it, and closed for less than it settles.
+      bool open = false;
+      for (std::size_t i = 0; i < edges.size(); ++i) {
+        if (i % 2 == 0) {
+          const bool last = i + 1 == edges.size();
+          const bool settled = !open || (i > 0 && edges[i] - edges[i - 1] >= SafetyContact::kSettle_ns);
+          const bool loose = i > 1 && edges[i] - edges[i - 2] < debounce;
+          open = !settled || loose || (!last && edges[i + 1] - edges[i] >= debounce);
+        }
+      }
+      ASSERT_EQ(contact.open(), open) << "round " << round << ", edge " << edge;
+      ++(open ? trips : passed_over);
+    }
+  }
+  EXPECT_GT(trips, 1000);
+  EXPECT_GT(passed_over, 1000);
 }
 
 /** Whatever the wire does, a level that is open for the debounce time or longer is never taken for closed. */

@@ -130,6 +130,11 @@ void DeviceGroup::standStill(std::uint64_t stand) HD_RT {
   // A4, pairs with R4: it goes on with what has been changed, whichever of the two it sees first.
   while (hold_.load(std::memory_order_acquire) == stand && !stop_.load(std::memory_order_acquire)) {
     clock_.sleepUntil(clock_.now() + options_.cycle.period_ns);
+    // It lives: else the panel took all others' amplifiers off. With its own on it would hold a force: no beat then.
+    SafetyLines::Sign* const sign = servo_->sign;
+    if (sign == nullptr || sign->enabled.load(std::memory_order_relaxed)) continue;
+    const bool begun = sign->cycles.load(std::memory_order_relaxed) != 0;
+    if (begun) sign->cycles.fetch_add(1, std::memory_order_release);  // R9, pairs with A9
   }
   servo_->skipPassed();
 }

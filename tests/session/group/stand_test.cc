@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "daemon/device/device_group.h"
+#include "daemon/panel/panel.h"
 #include "tests/session/bench.h"
 #include "tests/session/still_device.h"
 
@@ -72,6 +73,7 @@ class Stand : public testing::Test {
     GroupOptions options;
     options.cycle.period_ns = kMs;
     options.allow_no_rt = true;
+    options.lines = &lines;
     auto started = DeviceGroup::start(options, std::move(devices), meshes, clock);
     EXPECT_TRUE(started.ok()) << toString(started.error());
     group = std::move(*started);
@@ -101,6 +103,7 @@ class Stand : public testing::Test {
     return stood ? ErrorCode::kOk : stood.error().code;
   }
   MeshTable meshes;
+  SafetyLines lines;
   SharedClock clock;
   DetainedDevice* device_ = nullptr;
   std::unique_ptr<DeviceGroup> group;
@@ -118,6 +121,48 @@ TEST_F(Stand, TheServoStandsWhileControlWorksAndGoesOnAfterIt) {
     EXPECT_EQ(after, during) << "it looks whether it may go on, and does not";
     awaitReads(2);
   }
+}
+
+/** A panel that shows whether amplifiers are on, and nothing else. */
+class OneOutput final : public Lines {
+ public:
+  explicit OneOutput(bool& level) : level_(level) {}
+  [[nodiscard]] int wait(std::int64_t, LineEdge*, int) noexcept override { return 0; }
+  [[nodiscard]] int get(std::size_t) noexcept override { return 0; }
+  [[nodiscard]] bool set(std::size_t, bool active) noexcept override {
+    level_ = active;
+    return true;
+  }
+
+ private:
+  bool& level_;
+};
+
+/** Of two servos the test is the one that is armed; a panel looks while the other stands. */
+TEST_F(Stand, TakesNoOtherServosAmplifierOffUnlessItsOwnIsOn) {
+  SafetyLines::Sign* const armed = lines.take();
+  ASSERT_NE(armed, nullptr);
+  armed->enabled = true;
+  LineConfig line;
+  line.role = "enable";
+  bool level = false;
+  std::int64_t now = kMs;
+  Panel panel({line}, std::make_unique<OneOutput>(level), lines, now);
+  const auto look = [&] {
+    for (const int before = clock.slept; clock.slept < before + 3;) std::this_thread::yield();
+    armed->cycles.fetch_add(1);
+    panel.step(now += Panel::kLook_ns, nullptr, 0);
+    return level;
+  };
+  EXPECT_TRUE(look());
+  ASSERT_EQ(stand([&](Servo&) {
+              for (int i = 0; i < 4; ++i) EXPECT_TRUE(look()) << i;
+              lines.servos[0].enabled = true;
+              look();
+              EXPECT_FALSE(look()) << "it stands still with a force";
+              lines.servos[0].enabled = false;
+            }),
+            ErrorCode::kOk);
 }
 
 TEST_F(Stand, TheLastOneIsNotTakenForThis) {

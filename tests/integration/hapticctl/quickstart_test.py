@@ -27,13 +27,18 @@ def processes_naming(text):
 class Quickstart(unittest.TestCase):
     def setUp(self):
         self.directory = tempfile.TemporaryDirectory(prefix="quickstart-test-")
-        self.environment = {**os.environ, "TMPDIR": self.directory.name}
+        # A configuration of the developer's own is not to matter; nor is this one, which no daemon could start with.
+        own = pathlib.Path(self.directory.name) / "own"
+        (own / "hapticd").mkdir(parents=True)
+        (own / "hapticd/hapticd.toml").write_text('[[group]]\nname = "theirs"\ndevices = ["replay:///none.csv"]\n')
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("HAPTICD_")}
+        self.environment = {**kept, "TMPDIR": self.directory.name, "XDG_CONFIG_HOME": str(own)}
         self.picture = pathlib.Path(self.directory.name) / "picture.png"
         self.command = [SOURCE / "tools/quickstart", "--prebuilt", BUILD, "--seconds", "2", "--output", self.picture,
                         "--mesh", "/usr/share/opencascade/data/stl/bearing.stl", "--scale", "0.001"]
 
     def tearDown(self):
-        left = [path.name for path in pathlib.Path(self.directory.name).iterdir() if path != self.picture]
+        left = [path.name for path in pathlib.Path(self.directory.name).iterdir() if path.name not in ("own", self.picture.name)]
         self.assertEqual(left, [], "files left behind")
         self.assertEqual(processes_naming(self.directory.name), [], "processes left running")
         self.directory.cleanup()
@@ -44,6 +49,8 @@ class Quickstart(unittest.TestCase):
         for word in ("rate", "wake-up", "cycle", "contact", "force", "path", "picture"):
             self.assertIn(f"\n{word} ", done.stdout)
         self.assertNotIn("contact           0.0 s", done.stdout)
+        self.assertIn("sim: armed", done.stdout)
+        self.assertNotIn("theirs", done.stdout)
         self.assertNotIn("\x1b", done.stdout)
         self.assertTrue(self.picture.read_bytes().startswith(b"\x89PNG"))
         self.assertLess(self.picture.stat().st_size, 300_000)

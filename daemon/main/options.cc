@@ -42,6 +42,11 @@ std::string isNotEmpty(const std::string& text) {
   return text.empty() ? "the name is empty: name a file, or leave the option out" : std::string();
 }
 
+/** As isNotEmpty(): else any device would be meant, a real one first. */
+std::string isADevice(const std::string& text) {
+  return text.empty() ? "the device is empty: name one by URI or serial, or leave the option out" : std::string();
+}
+
 void addOptions(CLI::App& app, Words& words, Options& options) {
   app.set_version_flag("--version", fmt::format("hapticd {}", kVersion));
   app.add_option("--config", words.config_file,
@@ -51,7 +56,8 @@ void addOptions(CLI::App& app, Words& words, Options& options) {
   app.add_option("--device", words.devices,
                  "device URI or serial, e.g. sim://omega3; may be\n"
                  "given several times. It must open, or hapticd ends")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->check(isADevice);
   app.add_option("--rate", words.rate_hz, "servo rate, 1000 to 4000 [Hz]")->check(isRate);
   app.add_option("--socket", words.socket, "path of the control socket")->check(isNotEmpty);
   app.add_option("--admin-socket", words.admin_socket, "path of the administration socket")->check(isNotEmpty);

@@ -140,7 +140,7 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
     EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 6) << ask;
   }
   EXPECT_EQ(code({"--no-such-option"}), 1);
-  for (const char* option : {"--config", "--socket", "--admin-socket"})
+  for (const char* option : {"--config", "--socket", "--admin-socket", "--device"})
     EXPECT_EQ(code({"--check-config", option, ""}), 1) << option << " of a variable that is not set";
   EXPECT_EQ(code({"--rate", "5"}), 1);
   EXPECT_EQ(code({"--check-config", "--rate", "nan"}), 1);

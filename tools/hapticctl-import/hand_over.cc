@@ -94,7 +94,9 @@ int TemporaryFile::becomes(const std::string& path) {
 bool areOneFile(const std::string& a, const std::string& b) {
   namespace fs = std::filesystem;
   std::error_code none;
-  return fs::equivalent(a, b, none) || fs::weakly_canonical(a, none) == fs::weakly_canonical(b, none);
+  // Of a relative name whose first part is not there weakly_canonical() makes no absolute one, nor takes away "./".
+  const auto whole = [&none](const std::string& path) { return fs::weakly_canonical(fs::absolute(path, none), none); };
+  return fs::equivalent(a, b, none) || whole(a) == whole(b);
 }
 
 void requireWritable(const std::string& path) {

@@ -129,6 +129,12 @@ class ImportAndCut(Case):
             self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
             self.assertIn(f"hapticctl cut: {words[-2]}: {words[-1]} is the ", done.stderr)
             self.assertFalse((self.directory / "x.ply").exists())
+        for other in ("./y.ply", self.directory / "y.ply"):  # However a file that is not there yet is named.
+            done = subprocess.run([*command, "--body", other, "--fragment", "y.ply"], capture_output=True, text=True,
+                                  env={**os.environ, **paths}, cwd=self.directory, check=False)
+            self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+            self.assertIn("hapticctl cut: --fragment: y.ply is the body's file", done.stderr)
+            self.assertFalse((self.directory / "y.ply").exists())
         for part in ("--body", "--fragment"):
             done = subprocess.run([*command, part, self.directory / "x.stl"], capture_output=True, text=True, env={**os.environ, **paths}, check=False)
             self.assertEqual(done.returncode, 5, done.stdout + done.stderr)

@@ -24,11 +24,15 @@ Image readRaw(const InputOptions& o) {
   if (!sample) throw ImportError("--raw", fmt::format("'{}' is no kind of number", o.raw), "int16, uint8, float, ...");
   layout.sample = *sample;
   layout.size = sizesIn(o.raw_size, "--raw-size", "for example 512,512,100");
-  const auto steps = numbersIn(o.raw_spacing, "--raw-spacing", 3, "for example 0.5,0.5,1");
-  std::copy(steps.begin(), steps.end(), layout.spacing.begin());
+  if (!o.raw_spacing.empty()) {
+    const auto steps = numbersIn(o.raw_spacing, "--raw-spacing", 3, "for example 0.5,0.5,1");
+    std::copy(steps.begin(), steps.end(), layout.spacing.begin());
+  }
   layout.big_endian = o.big_endian;
   try {
-    return parseRaw(readFile(o.file), layout);
+    Image image = parseRaw(readFile(o.file), layout);
+    if (o.raw_spacing.empty()) image.format += ", does not say its spacing";  // As of other formats.
+    return image;
   } catch (ImportError& error) {
     if (error.where == "data")
       error.remedy = "is it whole and without a header, and are --raw and --raw-size as it was written?";

@@ -13,7 +13,8 @@ struct InputOptions {
   std::string file;  ///< Or a folder of DICOM slices.
   std::string series, grid;
   std::string scale;  ///< Unit of a .vdb that does not say: mm, cm, m, inch, um, ft or metres per unit.
-  std::string raw, raw_size, raw_spacing = "1,1,1";
+  std::string raw, raw_size;
+  std::string raw_spacing;  ///< Empty: not said, 1 mm.
   bool big_endian = false;
 };
 

@@ -180,7 +180,10 @@ void addOptions(CLI::App& app, Options& o) {
   auto* raw_size =
       app.add_option("--raw-size", o.input.raw_size, "How many along each axis")->type_name("X,Y,Z")->needs(raw);
   raw->needs(raw_size);
-  app.add_option("--raw-spacing", o.input.raw_spacing, "How far apart [mm]")->type_name("X,Y,Z")->needs(raw);
+  app.add_option("--raw-spacing", o.input.raw_spacing, "How far apart [mm]; else 1")
+      ->type_name("X,Y,Z")
+      ->check(isThere)
+      ->needs(raw);
   app.add_flag("--raw-big-endian", o.input.big_endian, "Most significant byte first")->needs(raw);
   app.add_option("--output", o.output, "Write the surface in millimetres and load nothing")
       ->type_name("FILE.ply")

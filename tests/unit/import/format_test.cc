@@ -279,6 +279,20 @@ TEST(Import, readsInvesaliusProjects) {
     EXPECT_THROW((void)parseInvesalius(std::string_view(project).substr(0, n)), ImportError) << n;
 }
 
+TEST(Import, aSpacingThatIsNotGivenForRawNumbersIsTold) {
+  const Folder folder;
+  InputOptions options;
+  options.file = folder.put("ball.raw", samples());
+  options.raw = "int16";
+  options.raw_size = "24,20,16";
+  const Image image = readInput(options);
+  EXPECT_EQ(image.format, "raw numbers, does not say its spacing");
+  EXPECT_EQ(spacing(image, 2), 1);
+  options.raw_spacing = "1,1,2";
+  EXPECT_EQ(readInput(options).format, "raw numbers");
+  EXPECT_EQ(spacing(readInput(options), 2), 2);
+}
+
 TEST(Import, readsRawNumbers) {
   RawLayout layout;
   layout.size = kSize;

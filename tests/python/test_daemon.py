@@ -227,6 +227,11 @@ class Daemon(unittest.TestCase):
             self.client.set_limits("sim", force=1)  # and change nothing.
         self.assertEqual(caught.exception.code, haptic.Code.LEASE_REQUIRED)
 
+    def test_an_empty_socket_is_no_search(self):
+        with self.assertRaisesRegex(haptic.HapticError, "socket: is empty") as caught:
+            haptic.Client(socket="")  # As of a variable that is not set; a search would find the daemon of this test.
+        self.assertEqual(caught.exception.code, haptic.Code.INVALID_ARGUMENT)
+
 
 if __name__ == "__main__":
     unittest.main()

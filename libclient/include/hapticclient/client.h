@@ -32,7 +32,7 @@ typedef enum haptic_connect_flag {
 typedef struct haptic_connect_options {
   uint32_t size;
   uint32_t flags;     /**< haptic_connect_flag */
-  const char* socket; /**< Path, or null to search. */
+  const char* socket; /**< Path, or null to search; empty is refused. */
   const char* name;   /**< How the daemon calls you in its lists; null: the program's name. */
   int64_t timeout_ns; /**< For this and later calls; 0: 5 s. */
 } haptic_connect_options;

@@ -81,6 +81,9 @@ int haptic_connect(const haptic_connect_options* options, haptic_client** c, hap
     if ((full.flags & ~std::uint32_t{HAPTIC_CONNECT_ADMINISTRATION}) != 0) {
       return {HAPTIC_UNSUPPORTED, "haptic_connect_options.flags", "has bits that are not defined", {}};
     }
+    // As of a variable that is not set: a search would find a daemon that was not meant.
+    if (full.socket != nullptr && full.socket[0] == '\0')
+      return client::badArgument("haptic_connect_options.socket", "is empty", "name a socket, or none to search");
     Connection::Options o;
     if (full.socket != nullptr) o.socket = full.socket;
     o.name = full.name == nullptr ? programName() : full.name;

@@ -32,6 +32,23 @@ TEST_F(ClientTest, ShakesHandsAndTellsWhoItIs) {
   EXPECT_EQ((*info)->size, sizeof(haptic_daemon_info));
 }
 
+TEST_F(ClientTest, AnEmptyPathIsNoSearch) {
+  start();
+  ASSERT_EQ(setenv("HAPTICD_SOCKET", socket().c_str(), 1), 0);  // Which a search would find.
+  haptic_connect_options options = HAPTIC_CONNECT_OPTIONS_INIT;
+  options.socket = "";
+  haptic_client* client = nullptr;
+  haptic_error error = HAPTIC_ERROR_INIT;
+  EXPECT_EQ(haptic_connect(&options, &client, &error), HAPTIC_INVALID_ARGUMENT);
+  EXPECT_EQ(client, nullptr);
+  EXPECT_STREQ(error.where, "haptic_connect_options.socket");
+  EXPECT_STREQ(error.what, "is empty");
+  options.socket = nullptr;
+  EXPECT_EQ(haptic_connect(&options, &client, &error), HAPTIC_OK) << error.what;
+  haptic_disconnect(client);
+  unsetenv("HAPTICD_SOCKET");
+}
+
 TEST_F(ClientTest, AProgramThatNamesNothingGoesByANameThatTheDaemonTakes) {
   start();
   const std::string longest(62, 'a');

@@ -13,6 +13,8 @@ namespace {
 // By PadLaw.
 constexpr std::array<std::string_view, 6> kLaws = {"", "soft", "hertz", "modified-hertz", "viscous-sphere", "membrane"};
 
+constexpr std::string_view kNoFinger = "none";
+
 struct Number {
   std::string_view name;
   double SetFinger::*value;
@@ -66,11 +68,11 @@ Result<void> take(std::string_view word, const std::string& where, SetFinger& fi
 
 Result<SetFinger> parseFinger(std::string_view words, const std::string& where) {
   SetFinger finger = usual();
-  if (words.empty()) return finger;
+  if (words.empty() || words == kNoFinger) return finger;
   const std::string_view law = words.substr(0, words.find(','));
   while (finger.law < kLaws.size() && (finger.law == 0 || kLaws[finger.law] != law)) ++finger.law;
   if (finger.law == kLaws.size())
-    return refusal(where, law, "begin with soft, hertz, modified-hertz, viscous-sphere or membrane");
+    return refusal(where, law, "begin with soft, hertz, modified-hertz, viscous-sphere or membrane; none takes it off");
   for (std::string_view rest = words.substr(law.size()); !rest.empty();) {
     const std::string_view word = rest.substr(1, rest.find(',', 1) - 1);
     rest.remove_prefix(1 + word.size());

@@ -13,8 +13,8 @@ namespace hapticd {
 
 /**
  * "soft", "hertz", "modified-hertz", "viscous-sphere" or "membrane", then any of arm=M, radius=M, stiffness=N m/rad,
- * damping=N s/m, cue=N s/m and the word uncoupled; nothing is a point. kInvalidArgument names the word at fault.
- * `device` and `shows_moment` are left for the caller.
+ * damping=N s/m, cue=N s/m and the word uncoupled; "none" or nothing is a point. kInvalidArgument names the word at
+ * fault. `device` and `shows_moment` are left for the caller.
  */
 [[nodiscard]] Result<SetFinger> parseFinger(std::string_view words, const std::string& where);
 

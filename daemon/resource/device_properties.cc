@@ -145,7 +145,7 @@ Json getFinger(const OpenDevice& device, const DeviceNow&, Core&) {
           {"torque_shown", finger.shows_moment != 0}};
 }
 
-/** As parseFinger() has it; nothing is a point again. */
+/** As parseFinger() has it; "none" or nothing is a point again. */
 Result<void> setFinger(Core& core, OpenDevice& device, std::string_view value, const std::string& where,
                        const Client& by) {
   const auto finger = parseFinger(value, where);

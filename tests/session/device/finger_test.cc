@@ -22,13 +22,18 @@ TEST(FingerWords, SayWhatDiffersFromTheUsual) {
   EXPECT_EQ(all->cue, 3);
   EXPECT_EQ(all->flags, std::uint32_t{kFingerUncoupled});
   EXPECT_TRUE(SoftFinger::valid(*all));
-  EXPECT_EQ(parseFinger("", "w")->law, 0u);
+  for (const char* off : {"", "none"}) {
+    const auto point = parseFinger(off, "w");
+    ASSERT_TRUE(point.ok()) << off;
+    EXPECT_EQ(point->law, 0u) << off;
+  }
 }
 
 TEST(FingerWords, NameTheWordAtFault) {
-  for (const char* words : {"hard", "soft,", "soft,arm", "soft,arm=", "soft,arm=x", "soft,arm=-1", "soft,arm=0.2",
-                            "soft,radius=0", "soft,stiffness=0", "soft,stiffness=101", "soft,damping=nan",
-                            "soft,cue=inf", "soft,soft", "uncoupled", ",", " soft", "soft,arm=0.01,0.02"}) {
+  for (const char* words :
+       {"hard", "soft,", "soft,arm", "soft,arm=", "soft,arm=x", "soft,arm=-1", "soft,arm=0.2", "soft,radius=0",
+        "soft,stiffness=0", "soft,stiffness=101", "soft,damping=nan", "soft,cue=inf", "soft,soft", "uncoupled", ",",
+        " soft", "soft,arm=0.01,0.02", "none,arm=0.01"}) {
     const auto refused = parseFinger(words, "here");
     ASSERT_FALSE(refused.ok()) << words;
     EXPECT_EQ(refused.error().code, ErrorCode::kInvalidArgument) << words;

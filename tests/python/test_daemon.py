@@ -222,6 +222,9 @@ class Daemon(unittest.TestCase):
             self.assertEqual(limits.force, 1.5)
             with self.assertRaises(TypeError):
                 self.client.set_limits(fource=1)
+            for named_by in (self.client.open_session, self.client.open_device, self.client.stop, self.client.record):
+                with self.assertRaisesRegex(TypeError, "^a URI, name or serial is needed, not 0$"):
+                    named_by(0)
         self.assertEqual(self.client.set_limits("sim"), limits)  # Who holds no lease may ask,
         with self.assertRaises(haptic.HapticError) as caught:
             self.client.set_limits("sim", force=1)  # and change nothing.

@@ -39,11 +39,18 @@ def ns(seconds: float, what: str) -> int:
     return round(seconds * 1e9)
 
 
-def text(value: str) -> bytes:
+def text(value: str, needed: str = "a text") -> bytes:
     """UTF-8; the library would read it up to a zero, another name than was given."""
+    if not isinstance(value, str):
+        raise TypeError(f"{needed} is needed, not {value!r}")
     if "\0" in value:
         raise ValueError(f"a zero byte in {value!r}")
     return value.encode()
+
+
+def device(value: str) -> bytes:
+    """What a device is named by: no place in a list."""
+    return text(value, "a URI, name or serial")
 
 
 def points(values: npt.ArrayLike, what: str) -> npt.NDArray[np.float32]:

@@ -311,16 +311,16 @@ class Client(Handle):
 
     def open_device(self, uri: str = "") -> DeviceInfo:
         """By URI, name or serial; without one the first open device, else the first real one, else the simulator."""
-        with _Reply(_abi.DeviceInfo, _lib.haptic_device_open, self._handle, arrays.text(uri)) as reply:
+        with _Reply(_abi.DeviceInfo, _lib.haptic_device_open, self._handle, arrays.device(uri)) as reply:
             return device_info(reply)
 
     def close_device(self, uri: str) -> None:
         """Administration; but a simulated device that only this client has asked for, and that is not configured, may go."""
-        call(_lib.haptic_device_close, self._handle, arrays.text(uri))
+        call(_lib.haptic_device_close, self._handle, arrays.device(uri))
 
     def stop(self, uri: str = "") -> None:
         """Zero force at once; without a URI on every device."""
-        call(_lib.haptic_stop, self._handle, arrays.text(uri))
+        call(_lib.haptic_stop, self._handle, arrays.device(uri))
 
     def set_limits(self, uri: str = "", **limits: float) -> DeviceLimits:
         """set_limits(uri, force=2.0): what is not named stays. Gives the limits in force; asks for them if none is named."""
@@ -331,7 +331,7 @@ class Client(Handle):
                 raise TypeError(f"no limit is called {name}")
             setattr(raw, name, value)
         in_force = _abi.DeviceLimits()
-        call(_lib.haptic_device_set_limits, self._handle, arrays.text(uri), ctypes.byref(raw), ctypes.byref(in_force))
+        call(_lib.haptic_device_set_limits, self._handle, arrays.device(uri), ctypes.byref(raw), ctypes.byref(in_force))
         return plain(DeviceLimits, in_force)
 
     def status(self) -> Status:
@@ -341,7 +341,7 @@ class Client(Handle):
 
     def statistics(self, uri: str = "", reset: bool = False) -> Statistics:
         """Counters and histograms of a device. To reset them takes administration."""
-        with _Reply(_abi.Statistics, _lib.haptic_get_statistics, self._handle, arrays.text(uri), int(reset)) as reply:
+        with _Reply(_abi.Statistics, _lib.haptic_get_statistics, self._handle, arrays.device(uri), int(reset)) as reply:
             return plain(Statistics, reply, histograms=[plain(Histogram, reply.histograms[i].contents)
                                                         for i in range(reply.histogram_count)])
 
@@ -372,7 +372,7 @@ class Client(Handle):
 
     def open_session(self, uri: str = "", name: Optional[str] = None) -> Session:
         """Opens the device if need be: by URI, name or serial, without one as open_device()."""
-        options = _abi.SessionOptions(uri=arrays.text(uri), name=_bytes(name))
+        options = _abi.SessionOptions(uri=arrays.device(uri), name=_bytes(name))
         handle = ctypes.c_void_p()
         call(_lib.haptic_session_open, self._handle, ctypes.byref(options), ctypes.byref(handle))
         return Session(handle, self)

@@ -26,7 +26,7 @@ class Recording(Handle):
     def __init__(self, client: Any, uri: str) -> None:
         handle = ctypes.c_void_p()
         self._client = client  # kept while the recording is
-        call(_lib.haptic_recording_start, client._handle, arrays.text(uri), ctypes.byref(handle))
+        call(_lib.haptic_recording_start, client._handle, arrays.device(uri), ctypes.byref(handle))
         super().__init__(handle)
 
     def fileno(self) -> int:

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -135,7 +136,7 @@ Image readInput(const InputOptions& o) {
     only(false, false);
     return readRaw(o);
   }
-  if (!std::filesystem::exists(o.file)) throw ImportError({}, "cannot be read", "does it exist?");
+  if (::access(o.file.c_str(), R_OK) != 0) throw notRead({}, errno);
   const bool dicom = std::filesystem::is_directory(o.file) || isDicom(o.file);
   const bool vdb = !dicom && isVdb(o.file);
   only(dicom, vdb);

@@ -346,7 +346,13 @@ TEST(Import, liesInHeadersAreRefusedInWords) {
   } catch (const ImportError& error) {
     EXPECT_THAT(error.remedy, HasSubstr("that it names"));
   }
-  EXPECT_THAT(refusal([&] { return readScan(folder.path() + "/nowhere.nii"); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal([&] { return readScan(folder.path() + "/nowhere.nii"); }),
+              HasSubstr("cannot be read: No such file"));
+  InputOptions circle;
+  circle.file = folder.path() + "/circle.nii";
+  std::filesystem::create_symlink(circle.file, circle.file);
+  EXPECT_THAT(refusal([&] { return readInput(circle); }),
+              HasSubstr("cannot be read: Too many levels of symbolic links"));
   EXPECT_THAT(refusal([&] { return readScan("/dev/null"); }), HasSubstr("is no file on a disk"));
   EXPECT_THAT(refusal([&] { return readScan(folder.put("text.mha", "just words\n")); }), HasSubstr("is no NIfTI"));
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -60,9 +61,13 @@ std::string inflated(std::string_view packed, std::size_t most) {
   return out;
 }
 
+ImportError notRead(const std::string& path, int code) {
+  return {path, std::string("cannot be read: ") + std::strerror(code), "name a file that you may read"};
+}
+
 std::string readFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw ImportError(path, "cannot be read", "does it exist?");
+  if (!file) throw notRead(path, errno);
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
   if (bytes.size() > 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b') return inflated(bytes, kMostBytes);
   return bytes;

@@ -25,6 +25,8 @@ struct RawLayout {
   bool big_endian = false;
 };
 
+/** Why a file could not be opened, by errno. */
+[[nodiscard]] ImportError notRead(const std::string& path, int code);
 /** The whole file; gzip is unpacked. Throws ImportError. */
 [[nodiscard]] std::string readFile(const std::string& path);
 

@@ -6,6 +6,7 @@
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 
@@ -57,7 +58,7 @@ void convert(itk::IOComponentEnum kind, const std::vector<char>& bytes, Image& o
 }
 
 void requireFile(const std::string& path) {
-  if (!std::ifstream(path)) throw ImportError(path, "cannot be read", "does it exist?");
+  if (const std::ifstream file(path); !file) throw notRead(path, errno);
   if (!std::filesystem::is_regular_file(path))
     throw ImportError({}, "is no file on a disk, and is read more than once", "write it into one first");
 }

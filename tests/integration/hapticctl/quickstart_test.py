@@ -34,7 +34,8 @@ class Quickstart(unittest.TestCase):
         kept = {name: value for name, value in os.environ.items() if not name.startswith("HAPTICD_")}
         self.environment = {**kept, "TMPDIR": self.directory.name, "XDG_CONFIG_HOME": str(own)}
         self.picture = pathlib.Path(self.directory.name) / "picture.png"
-        self.command = [SOURCE / "tools/quickstart", "--prebuilt", BUILD, "--seconds", "2", "--output", self.picture,
+        # Named from where the user stands, which is not the source.
+        self.command = [SOURCE / "tools/quickstart", "--prebuilt", os.path.relpath(BUILD, "/"), "--seconds", "2", "--output", self.picture,
                         "--mesh", "/usr/share/opencascade/data/stl/bearing.stl", "--scale", "0.001"]
 
     def tearDown(self):
@@ -44,7 +45,8 @@ class Quickstart(unittest.TestCase):
         self.directory.cleanup()
 
     def test_draws_what_was_felt(self):
-        done = subprocess.run(self.command, capture_output=True, text=True, env=self.environment, timeout=130, check=False)
+        done = subprocess.run(self.command, capture_output=True, text=True, env=self.environment, cwd="/", timeout=130,
+                              check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         for word in ("rate", "wake-up", "cycle", "contact", "force", "path", "picture"):
             self.assertIn(f"\n{word} ", done.stdout)
@@ -57,7 +59,7 @@ class Quickstart(unittest.TestCase):
 
     def test_an_interrupt_leaves_nothing(self):
         with subprocess.Popen(self.command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=self.environment,
-                              start_new_session=True) as run:
+                              start_new_session=True, cwd="/") as run:
             for line in run.stdout:
                 if "Arm the device" in line:
                     break
@@ -68,7 +70,7 @@ class Quickstart(unittest.TestCase):
 
     def test_a_stop_meanwhile_is_told_with_its_cause(self):
         with subprocess.Popen(self.command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                              env=self.environment) as run:
+                              env=self.environment, cwd="/") as run:
             for line in run.stdout:
                 if "sim: armed" in line:
                     break

@@ -32,6 +32,7 @@ def main() -> int:
                 print(f"tick {event.tick}: {event.name} {event.object}, {event.force:.2f} N")
 
         history = np.concatenate(samples)
+        history = history[history["device"] == session.describe().device_index]  # others of its group are there too
         force = np.linalg.norm(history["by_source"][:, haptic.Source.SURFACE], axis=1)
         touching = history["flags"] & haptic.SampleFlag.CONTACT != 0
         period = np.median(np.diff(history["t_ns"])) / 1e6

@@ -13,6 +13,11 @@ import numpy as np
 WAY = [(0.04 * math.cos(a), 0.04 * math.sin(a), 0) for a in np.linspace(0, math.pi / 2, 6)]  # a quarter of a circle
 
 
+def own(session, samples):
+    """Those of its device: drain() gives others of the group too."""
+    return samples[samples["device"] == session.describe().device_index]
+
+
 def follow(session, seconds):
     """A clumsy hand goes along the way; mean distance from it [m], mean force of effects [N]."""
     begin, samples = time.monotonic(), []
@@ -21,7 +26,7 @@ def follow(session, seconds):
         session.push_intent(((0.04 + off) * math.cos(a), (0.04 + off) * math.sin(a), off), latest=True)
         samples.append(session.drain())
         time.sleep(0.005)
-    history = np.concatenate(samples)
+    history = own(session, np.concatenate(samples))
     p, force = history["p"], history["by_source"][:, haptic.Source.EFFECT]
     apart = np.hypot(np.hypot(p[:, 0], p[:, 1]) - 0.04, p[:, 2])
     return apart.mean(), np.linalg.norm(force, axis=1).mean()
@@ -46,7 +51,7 @@ def main() -> int:
         session.drain()
         client.scene.set_effect("done", haptic.EffectKind.VIBRATION, reach=1, hz=80, duration_s=0.3)  # ends by itself
         time.sleep(0.6)
-        buzz = session.drain()["by_source"][:, haptic.Source.EFFECT, 2]
+        buzz = own(session, session.drain())["by_source"][:, haptic.Source.EFFECT, 2]
         print(f"reached: effects swing by {np.ptp(buzz) / 2:.1f} N")
         return 0 if felt[haptic.EffectKind.GUIDE][0] < 0.7 * felt[haptic.EffectKind.NONE][0] and np.ptp(buzz) > 1 else 1
 

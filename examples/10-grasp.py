@@ -24,8 +24,16 @@ def press(fingers, depth, x, z=0.0, seconds=0.5):
 
 def tilt(client):
     """Of the block's long side from level [degrees]."""
-    w, x, y, z = client.get("/objects/block/rot")
+    w, x, y, z = client.get("/objects/held/rot")
     return math.degrees(math.asin(max(-1.0, min(1.0, 2 * (w * y - x * z)))))
+
+
+def finger_words(finger):
+    """Sets a finger again that was read."""
+    if finger is None:
+        return "none"
+    numbers = "".join(f",{name}={finger[name]}" for name in ("arm", "radius", "stiffness", "damping", "cue"))
+    return finger["law"] + numbers + ("" if finger["coupled"] else ",uncoupled")
 
 
 def lift(client, fingers, devices, finger):
@@ -34,9 +42,9 @@ def lift(client, fingers, devices, finger):
     press(fingers, -0.01, OFF)
     for device in devices:
         client.set(f"/devices/{device}/finger?value={finger}")
-    client.scene.create("block", haptic.ShapeKind.BOX, (0.03, WIDE / 2, 0.015),
+    client.scene.create("held", haptic.ShapeKind.BOX, (0.03, WIDE / 2, 0.015),
                         material=haptic.Material(stiffness=1000, damping=1, friction_static=0.8, friction_dynamic=0.7))
-    client.set(f"/objects/block/mass?value={MASS}")
+    client.set(f"/objects/held/mass?value={MASS}")
     press(fingers, 0.012, OFF, seconds=1)
     client.set("/world/gravity?value=0,0,-9.81")
     for step in range(20):
@@ -45,8 +53,8 @@ def lift(client, fingers, devices, finger):
     held = tilt(client)
     for depth in (0.009, 0.006, 0.0036, 0.012):
         press(fingers, depth, OFF, 0.02, 0.3)
-    loose, up = tilt(client), client.get("/objects/block/pos")[2]
-    client.scene.remove("block")
+    loose, up = tilt(client), client.get("/objects/held/pos")[2]
+    client.scene.remove("held")
     return held, loose, up
 
 
@@ -62,9 +70,16 @@ def main() -> int:
             for finger in fingers:
                 finger.arm()
             results = {}
-            for finger in ("", "soft"):
-                results[finger] = held, loose, up = lift(client, fingers, names, finger)
-                print(f"{finger or 'points'}: tipped by {-held:.0f} degrees, by {-loose:.0f} after less grip, {1000 * up:.0f} mm up")
+            gravity, worn = client.get("/world/gravity"), [client.get(f"/devices/{name}/finger") for name in names]
+            try:
+                for finger in ("none", "soft"):
+                    results[finger] = held, loose, up = lift(client, fingers, names, finger)
+                    print(f"{'points' if finger == 'none' else finger}: tipped by {-held:.0f} degrees, "
+                          f"by {-loose:.0f} after less grip, {1000 * up:.0f} mm up")
+            finally:  # They are the world's and the devices', not this program's: the next one's bodies would fall.
+                client.set("/world/gravity?value=" + ",".join(map(str, gravity)))
+                for name, finger in zip(names, worn):
+                    client.set(f"/devices/{name}/finger?value={finger_words(finger)}")
             (points, _, _), (soft, turned, _) = results.values()
             return 0 if abs(points) > 30 and abs(soft) < 10 and abs(turned) > abs(soft) + 5 else 1
 

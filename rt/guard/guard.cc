@@ -146,16 +146,19 @@ bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
 std::uint32_t Guard::causeOf(const GuardInput& input, bool sources_finite) const HD_RT {
   if (input.stop_line) return HD_FAULT_STOP_LINE;
   const std::uint32_t status = input.sample->status;
-  if (input.deadman_open || (status & kDeviceDeadmanOpen) != 0) return HD_FAULT_DEADMAN;
+  const bool let_go = input.deadman_open || (status & kDeviceDeadmanOpen) != 0;
+  // Only the first cause is told: what is daily life while disarmed must not hide what latches even there.
+  if (let_go && armed()) return HD_FAULT_DEADMAN;
   if ((status & (kDeviceError | kDeviceGone)) != 0) return HD_FAULT_DEVICE_ERROR;
   const bool tick_usable = input.dt > 0 && input.dt <= kLongestTick;  // False for NaN.
   if (!sources_finite || !tick_usable || !finite(input.velocity)) return HD_FAULT_NOT_FINITE;
   if (!usable(*input.sample)) return HD_FAULT_NOT_FINITE;
-  if (!(input.velocity.v.norm() <= std::min(config_.limits.velocity, kFastest))) return HD_FAULT_VELOCITY;
-  if (!(input.velocity.w.norm() <= kFastestTurn)) return HD_FAULT_VELOCITY;
-  // Unsigned: a clock that ran backwards is as bad as a silent device.
+  // Unsigned: a clock that ran backwards is as bad as a silent device. Before the velocity, which is then a former one.
   const auto silent = static_cast<std::uint64_t>(input.now_ns) - static_cast<std::uint64_t>(last_fresh_ns_);
   if (silent > static_cast<std::uint64_t>(config_.stale_ns)) return HD_FAULT_DEVICE_LOST;
+  if (let_go) return HD_FAULT_DEADMAN;
+  if (!(input.velocity.v.norm() <= std::min(config_.limits.velocity, kFastest))) return HD_FAULT_VELOCITY;
+  if (!(input.velocity.w.norm() <= kFastestTurn)) return HD_FAULT_VELOCITY;
   if (input.missed != 0 && input.missed >= config_.missed_limit) return HD_FAULT_OVERRUN;
   return HD_FAULT_NONE;
 }

@@ -267,6 +267,33 @@ TEST(Guard, DailyLifeOfADisarmedDeviceIsNoFault) {
   EXPECT_EQ(rig.guard.fault(), std::uint32_t{HD_FAULT_DEADMAN}) << "a refused arm names what stands in the way";
 }
 
+TEST(Guard, DailyLifeOfADisarmedDeviceHidesNothingThatIsBroken) {
+  const auto gone = [](GuardRig& rig) {
+    rig.sample.status = kDeviceGone;
+    rig.step();
+    rig.sample.status = kDeviceOk;
+    rig.step();
+  };
+  GuardRig let_go;
+  let_go.in.deadman_open = true;
+  let_go.step(5);
+  gone(let_go);
+  EXPECT_EQ(let_go.out.fault, std::uint32_t{HD_FAULT_DEVICE_ERROR});
+
+  GuardRig fast;
+  fast.in.velocity.v = {3.5, 0, 0};
+  fast.step(5);
+  fast.sample.fresh = false;
+  fast.step(25);
+  EXPECT_EQ(fast.out.fault, std::uint32_t{HD_FAULT_DEVICE_LOST});
+
+  GuardRig held;
+  held.armFully();
+  held.in.deadman_open = true;
+  gone(held);
+  EXPECT_EQ(held.out.fault, std::uint32_t{HD_FAULT_DEADMAN}) << "armed, the hand's own deed is named first";
+}
+
 TEST(Guard, LoweredLimitClampsAtOnce) {
   GuardRig rig;
   rig.ask(HD_SOURCE_SURFACE, {3, -4, 0});

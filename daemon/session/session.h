@@ -60,6 +60,7 @@ struct Session {
   std::uint64_t ticket = 0;     ///< Order that the present state waits for.
   bool detach_sent = false;     ///< Ingest has the order to let go.
   bool detached = false;        ///< Ingest has let go.
+  std::uint32_t said = 0;       ///< Index in ingest's ring past all that it had said of this session by then.
   bool fading = false;          ///< The last loss order is posted; `ticket` is its.
   bool fade_started = false;    ///< The servo has it.
   bool free_sent = false;       ///< The order to give the slot back is posted; `ticket` is its.

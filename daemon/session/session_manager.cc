@@ -167,8 +167,10 @@ bool SessionManager::step(Session& session, std::int64_t now_ns) {
       }
       if (!session.detached) return false;
       // Ingest may have revived the slot between our first loss order and its letting go: the fade that counts starts
-      // now, when nothing can revive it any more. For a share that fades already the order changes nothing.
+      // when the servo has taken that, and nothing can revive it any more. Not before, as the servo takes our orders
+      // ahead of ingest's. For a share that fades already the order changes nothing.
       if (!session.fading) {
+        if (!ingest.commands.passed(session.said)) return false;
         session.ticket = link.post(sessionCommand(CommandKind::kLoseSession, session));
         session.fading = true;
         return false;
@@ -200,7 +202,9 @@ void SessionManager::report(GroupLink& link, const IngestReport& report) {
   if (session == nullptr) return;
   switch (report.kind) {
     case IngestReport::Kind::kDetached:
-      if (session->detach_sent) session->detached = true;
+      if (!session->detach_sent) return;
+      session->detached = true;
+      session->said = link.group().ingest().commands.pushed();
       return;
     case IngestReport::Kind::kViolation:
       log::warn("session {} of '{}' (pid {}) broke the ring's protocol", session->id,

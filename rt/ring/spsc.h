@@ -54,6 +54,11 @@ class SpscRing {
   [[nodiscard]] std::uint32_t size() const HD_RT {
     return tail_.load(std::memory_order_acquire) - head_.load(std::memory_order_acquire);
   }
+  /** For any thread, together: an index past all that was pushed, and whether all before an index has been popped. */
+  [[nodiscard]] std::uint32_t pushed() const HD_RT { return tail_.load(std::memory_order_acquire); }
+  [[nodiscard]] bool passed(std::uint32_t index) const HD_RT {
+    return static_cast<std::int32_t>(head_.load(std::memory_order_acquire) - index) >= 0;  // A1, pairs with R1
+  }
 
  private:
   alignas(128) std::atomic<std::uint32_t> tail_{0};

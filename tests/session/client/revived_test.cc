@@ -57,6 +57,26 @@ TEST_F(Revived, BetweenItsEndAndIngestsLettingGoItFadesAllTheSame) {
   EXPECT_EQ(bench.core.sessions().all().size(), 1u);
 }
 
+TEST_F(Revived, WhileTheServoTakesNothingItFadesAllTheSame) {
+  bench.step(300);
+  ASSERT_EQ(force(), 0) << "its heartbeat was late";
+  DeviceGroup& group = bench.device().link->group();
+  client->producer->heartbeat(bench.clock.now());
+  bench.core.disconnect(guest);
+  for (int i = 0; i < 10; ++i) {  // Ingest says that it lives and lets go of it, all between two of the servo's cycles.
+    group.ingest().step(bench.clock.now(), 0);
+    bench.core.poll();
+  }
+  double last = force();
+  for (int i = 0; i < 300; ++i) {
+    bench.step();
+    ASSERT_GT(force(), last - 0.03) << "period " << i << ": it fades over 50, it is not cut off";
+    last = std::max(force(), 0.0);
+  }
+  EXPECT_EQ(last, 0);
+  EXPECT_EQ(bench.core.sessions().all().size(), 1u);
+}
+
 TEST_F(Revived, WhatItPushesAsItComesBackIsTaken) {
   bench.step(300);
   ASSERT_EQ(force(), 0) << "its heartbeat was late";

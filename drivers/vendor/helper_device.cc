@@ -71,6 +71,7 @@ Result<void> HelperDevice::open() {
   end_->write(clock_.now(), {});  // What was commanded before it was closed is over.
   stop_.store(false);
   told_gone_.store(false);
+  died_.store(false);
   if (given_up_.load()) stop_.store(true);  // After the line above, so that giveUp() is not lost whenever it comes.
   auto started = startHelper();
   if (!started) return started.error();
@@ -102,7 +103,9 @@ void HelperDevice::giveUp() noexcept {
 
 void HelperDevice::read(std::int64_t now_ns, DeviceSample& sample) HD_RT {
   end_->read(now_ns, sample);
-  if (gone_.load(std::memory_order_acquire)) {
+  // In this order: where another helper is back already, the death of the last is there to be seen.
+  const bool gone = gone_.load(std::memory_order_acquire);
+  if (died_.exchange(false, std::memory_order_acq_rel) || gone) {
     sample.fresh = false;
     sample.status |= kDeviceGone;
   }
@@ -147,6 +150,7 @@ bool HelperDevice::waitUntilItEnds() noexcept {
 void HelperDevice::watch() noexcept {
   while (!stop_.load()) {
     if (process_ && !waitUntilItEnds()) return;
+    if (process_) died_.store(true, std::memory_order_release);
     gone_.store(true, std::memory_order_release);
     pid_.store(0);
     process_.reset();

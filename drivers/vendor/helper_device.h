@@ -40,9 +40,10 @@ class SharedLinkMapping {
  * A closed library beside the servo could crash the daemon, write over its memory or hold its locks; so none is loaded
  * here. read() and write() touch the shared memory alone: no thread lies between servo and helper, and nobody waits.
  *
- * A helper that dies is told at once by its socket: kDeviceGone, a fault that latches. Another is started in its place,
- * which opens the device and so brings it to zero; after that every half second until one succeeds. A helper whose
- * daemon dies, or is silent for 10 ms, sends zeros by itself.
+ * A helper that dies is told at once by its socket: kDeviceGone, a fault that latches, in the next reading even if
+ * another has taken its place by then. Another is started in its place, which opens the device and so brings it to
+ * zero; after that every half second until one succeeds. A helper whose daemon dies, or is silent for 10 ms, sends
+ * zeros by itself.
  */
 class HelperDevice final : public Device, public SlowToOpen {
  public:
@@ -83,6 +84,7 @@ class HelperDevice final : public Device, public SlowToOpen {
   std::unique_ptr<HelperProcess> process_;      ///< open() and close(), and the watching thread between them.
   std::atomic<pid_t> pid_{0};
   std::atomic<bool> gone_{true}, stop_{false}, given_up_{false};
+  std::atomic<bool> died_{false};       ///< A helper has ended that was open, and the servo has not read since.
   std::atomic<bool> told_gone_{false};  ///< The servo knows that the device has gone, and its calibration with it.
   std::uint32_t generation_ = 0;
   RtThread watcher_;

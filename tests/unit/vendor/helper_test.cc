@@ -166,6 +166,21 @@ TEST_F(Helper, AHelperThatIsKilledIsAFaultAndTheNextZeroesTheDevice) {
   pushing(1);
 }
 
+TEST_F(Helper, ADeathBetweenTwoReadingsIsToldAllTheSame) {
+  open();
+  pushing();
+  const pid_t first = device_->helper();
+  ::kill(first, SIGKILL);
+  const auto back = [&] {
+    return device_->helper() != 0 && device_->helper() != first && device_->calibration() == Calibration::kDone;
+  };
+  ASSERT_TRUE(silentUntil(back));
+  device_->read(clock_.now(), sample_);
+  EXPECT_NE(sample_.status & kDeviceGone, 0u);
+  EXPECT_FALSE(sample_.fresh);
+  EXPECT_TRUE(until(0, [&] { return sample_.fresh && sample_.status == kDeviceOk; })) << "once";
+}
+
 TEST_F(Helper, AHelperThatIsStoppedIsSilence) {
   open();
   pushing();

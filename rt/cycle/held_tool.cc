@@ -145,6 +145,7 @@ void HeldTool::begin(const Scene& scene, const DeviceSample& sample, const Twist
   if (!started_) {
     model_.count = 0;
     arrived_ = asked_ = scene.tick();
+    weight_ = 1;  // Nothing is stretched.
   }
   started_ = true;
   age_ = dt * static_cast<double>(scene.tick() - asked_);
@@ -172,7 +173,11 @@ void HeldTool::begin(const Scene& scene, const DeviceSample& sample, const Twist
 void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOutput& out) HD_RT {
   out = HeldToolOutput{};
   if (!held()) return;
-  out.weight = std::clamp(1 - (age_ - kStale) / kFade, 0.0, 1.0);
+  // It comes back no faster than it goes: meanwhile the coupling has been stretched under the hand.
+  const double former = weight_;
+  weight_ = std::min(std::clamp(1 - (age_ - kStale) / kFade, 0.0, 1.0), weight_ + dt / kFade);
+  const double rose = std::max(0.0, weight_ - former);
+  out.weight = weight_;
   out.wrench.force = out.weight * step_.on_device.force;
   if (order_.shows_torque != 0) out.wrench.torque = out.weight * step_.on_device.torque;
   // Power beyond force times velocity: from moving obstacles, the weight, and the wrist's torque, split by axis.
@@ -181,6 +186,10 @@ void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOu
   const Vec3 moved = direct ? Vec3(dt * tool_.body().twist().v) : Vec3(tool_.body().com() - com_);
   out.carried = (step_.obstacle_work + tool_.setup().weight.cwiseProduct(moved)) / dt + Vec3::Constant(wrist / 3);
   out.stored = direct ? stored_ : tool_.energy() + tool_.reserve();
+  if (weight_ < 1 || rose > 0) {  // As Cycle::weighClutch().
+    out.carried = weight_ * out.carried + byAxis(rose * std::max(0.0, out.stored) / dt, step_.on_device.force);
+    out.stored *= weight_;
+  }
   noteTouch(scene, out);
 
   // Applied as a client's own move would be: so control and the other groups learn the pose (PoseBoard).

@@ -33,7 +33,7 @@ struct HeldToolOutput {
 class HeldTool {
  public:
   static constexpr double kStale = 0.1;  ///< No contacts for so long: the force fades ... [s]
-  static constexpr double kFade = 0.05;  ///< ... over this [s].
+  static constexpr double kFade = 0.05;  ///< ... over this [s], and comes back over as long.
 
   HeldTool() noexcept : tool_(ToolSetup{}) {}
 
@@ -77,6 +77,7 @@ class HeldTool {
   double stored_ = 0;          ///< Energy that may come back [J].
   Vec3 com_ = Vec3::Zero();    ///< Before this tick.
   double age_ = 0;             ///< Of the contacts [s].
+  double weight_ = 1;          ///< Of the force, for their age.
   std::uint64_t asked_ = 0;    ///< Tick of the question that they answer, or in which it started.
   std::uint64_t arrived_ = 0;  ///< Tick in which it last started.
   std::uint32_t touched_ = 0;  ///< In the last tick.

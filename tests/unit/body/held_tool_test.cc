@@ -125,6 +125,31 @@ TEST(HeldTool, StaleContactsFadeTheForceOut) {
   EXPECT_LT(last, 1e-6);
 }
 
+/** Meanwhile the coupling is stretched under the hand: what it holds comes back as slowly as it went. */
+TEST(HeldTool, ContactsThatComeAgainLetTheForceRiseAsItFell) {
+  House house;
+  house.hold();
+  house.aim({0, 0, -0.02});
+  house.run(800);
+  house.run(170, false);
+  ASSERT_TRUE(house.out().command.force.isZero(1e-6));
+  house.run(2);  // The answer of the second tick is taken in the next.
+  const double whole = house.servo->cycle().tool(0).last().on_device.force.norm();
+  ASSERT_GT(whole, 0.5);
+  const auto asked = [&] { return house.out().guard.by_source[HD_SOURCE_SURFACE].norm(); };
+  double last = asked(), most = last, lowest = 0;
+  for (int i = 0; i < 200; ++i) {
+    house.run(1);
+    const double now = asked();
+    most = std::max(most, now - last);
+    lowest = std::min(lowest, house.out().guard.energy);
+    last = now;
+  }
+  EXPECT_GT(last, 0.5);
+  EXPECT_LT(most, whole / 40);
+  EXPECT_GT(lowest, -1e-3) << "what comes back is charged to what was away";
+}
+
 TEST(HeldTool, AMovingWallIsFeltAndChargedToWhoMovesIt) {
   House house;
   house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kBox, {0.02, 0.05, 0.05}, {-0.06, 0, 0.04}));

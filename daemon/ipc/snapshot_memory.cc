@@ -18,7 +18,7 @@ T* moved(T* there, const Mapping& from, const Mapping& to) {
 
 /** A view of `to`, which holds what `from` held before its servo wrote there: only that is not read. */
 MeshView viewIn(const Mapping& to, const MeshView& view, const Mapping& from) {
-  static_assert(sizeof(MeshView) == 160 && sizeof(MeshView::Deform) == 96, "a new field belongs here, too");
+  static_assert(sizeof(MeshView) == 168 && sizeof(MeshView::Deform) == 104, "a new field belongs here, too");
   MeshView out;
   out.vertices = moved(view.vertices, from, to);
   out.triangles = moved(view.triangles, from, to);

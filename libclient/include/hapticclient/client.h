@@ -60,8 +60,8 @@ typedef struct haptic_daemon_info {
  * $XDG_RUNTIME_DIR/hapticd/control.sock and /run/hapticd/control.sock. With the administration flag the last part of
  * every searched path is admin.sock. `options` may be null. Blocks.
  *
- * HAPTIC_DISCONNECTED: nobody answers (`where` lists the paths tried); HAPTIC_TIMEOUT: of those, one that should (its
- * daemon was stopped). HAPTIC_VERSION_MISMATCH: another major version.
+ * HAPTIC_DISCONNECTED: nobody answers (`where` lists the paths tried). HAPTIC_TIMEOUT: a daemon is there and says
+ * nothing; the next, which has other devices, is not asked. HAPTIC_VERSION_MISMATCH: another major version.
  */
 HAPTIC_API int haptic_connect(const haptic_connect_options* options, haptic_client** client, haptic_error* error);
 

@@ -157,8 +157,8 @@ HAPTIC_API int haptic_upload_volume(haptic_upload* upload, double voxel_m, doubl
 /**
  * Unmaps the arrays and has the mesh built. Waits for the builder as long as it takes, at most `timeout_ns` (0: 10
  * minutes). HAPTIC_STILL_MAPPED: you mapped it elsewhere; unmap and commit again. HAPTIC_BAD_MESH names the triangle.
- * After HAPTIC_CANCELLED or HAPTIC_TIMEOUT the upload is over, and so is one whose daemon was lost since it was begun
- * (HAPTIC_DISCONNECTED); its arrays stay, to be uploaded again.
+ * After HAPTIC_CANCELLED or HAPTIC_TIMEOUT the upload is over, and so is one whose daemon was lost
+ * (HAPTIC_DISCONNECTED): its arrays stay, to be uploaded again, if that was before the commit.
  */
 HAPTIC_API int haptic_upload_commit(haptic_upload* upload, haptic_progress progress, void* user, int64_t timeout_ns,
                                     haptic_mesh_report** report, haptic_error* error);

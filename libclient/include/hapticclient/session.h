@@ -158,10 +158,10 @@ HAPTIC_API int haptic_session_open(haptic_client* client, const haptic_session_o
 HAPTIC_API void haptic_session_close(haptic_session* session);
 /**
  * Opens it again after haptic_reconnect(), on the same device and with the same name: by the URI that the device itself
- * reported, whatever name it was asked for by. HAPTIC_PERMISSION_DENIED: that has parameters, which are the
- * administrator's, and such a device is neither open nor configured by now. Lease, arming, models and pushed limits are
- * gone: a restarted daemon holds still until told otherwise. One that stands ends first, but where the daemon cannot be
- * asked (no connection, a callback). Blocks.
+ * reported, whatever name it was asked for by. With its parameters only if some, or no device, were asked for:
+ * HAPTIC_PERMISSION_DENIED if those are the administrator's, and no device has them now. Lease, arming, models and
+ * pushed limits are gone: a restarted daemon holds still until told otherwise. One that stands ends first, but where
+ * the daemon cannot be asked (no connection, a callback). Blocks.
  */
 HAPTIC_API int haptic_session_reopen(haptic_session* session, haptic_error* error);
 HAPTIC_API int haptic_session_describe(haptic_session* session, haptic_session_info** info, haptic_error* error);

@@ -249,9 +249,10 @@ Failure Connection::connect() {
     if (!failure) {
       failure = attach(path, std::move(socket));
       if (!failure) return {};
-      const bool silent = failure.code == HAPTIC_DISCONNECTED || failure.code == HAPTIC_PERMISSION_DENIED ||
-                          failure.code == HAPTIC_TIMEOUT;
-      if (!silent) return failure;  // Whoever answers there is the one, and refuses.
+      const bool absent = failure.code == HAPTIC_DISCONNECTED || failure.code == HAPTIC_PERMISSION_DENIED;
+      if (!absent) return failure;  // Whoever answers there is the one, and refuses.
+    } else if (failure.code == HAPTIC_TIMEOUT) {
+      return failure;  // One that was stopped is the one, too: another would stop or arm other devices.
     }
     why.push_back(std::move(failure));
   }

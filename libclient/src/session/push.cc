@@ -52,14 +52,14 @@ int refuse(haptic_session* session, int code, const Objection& why) {
 }
 
 /** The same where the ring or the connection refuses. */
-int refuse(haptic_session* session, int code) {
+int refuse(haptic_session* session, int code, bool of_a_part = false) {
   switch (code) {
     case HAPTIC_OK:
       break;
     case HAPTIC_WOULD_BLOCK:
-      return refuse(
-          session, code,
-          {"push", "256 commands wait to be taken", "push less often, or the latest only (HAPTIC_PUSH_LATEST)"});
+      return refuse(session, code,
+                    {"push", "256 commands wait to be taken",
+                     of_a_part ? "push less often" : "push less often, or the latest only (HAPTIC_PUSH_LATEST)"});
     case HAPTIC_QUOTA_EXCEEDED:
       return refuse(session, code,
                     {"flags", "16 targets of this session have a mailbox already",
@@ -109,7 +109,7 @@ int send(haptic_session* session, const T* command, haptic_push* push, std::uint
   const ErrorCode code =
       mailbox != nullptr ? mailbox->write(kind, payload, seq) : opened.producer->push(kind, payload, at_tick, seq);
   if (code == ErrorCode::kOk && push != nullptr) push->seq = seq;
-  return refuse(session, static_cast<int>(code));
+  return refuse(session, static_cast<int>(code), changesAPart(kind));
 }
 
 }  // namespace

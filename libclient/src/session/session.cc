@@ -70,8 +70,11 @@ Failure askSession(haptic_session& session, Opened& fresh, RegionBytes& bytes) {
     bytes = {info.getRegionABytes(), info.getRegionBBytes()};
     fresh.device = std::make_unique<capnp::MallocMessageBuilder>();
     fresh.device->setRoot(info.getDevice());
-    // A reopening gets the same device: names are given out anew by each daemon, in its devices' order.
-    session.uri = info.getDevice().getUri().cStr();
+    // A reopening gets the same device: names are given out anew by each daemon, in its devices' order. Parameters that
+    // the program did not ask for are the configuration's, and may be others by then.
+    const std::string device = info.getDevice().getUri().cStr();
+    const bool asks_parameters = session.uri.empty() || session.uri.find('?') != std::string::npos;
+    session.uri = asks_parameters ? device : device.substr(0, device.find('?'));
   });
 }
 

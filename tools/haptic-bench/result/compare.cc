@@ -90,9 +90,7 @@ bool isOfOtherUnit(const StoredResult& gone, std::optional<hapticd::PointPath> b
   const std::optional<hapticd::PointPath> unit = vectorUnitOf(gone);
   if (!unit) return false;
   return (unit == best_before && unit != bestUnit(after)) ||
-         (unit != hapticd::PointPath::kPortable &&
-          std::none_of(after.all.begin(), after.all.end(),
-                       [&](const StoredResult& r) { return vectorUnitOf(r) == unit; }));
+         (unit != hapticd::PointPath::kPortable && unit > bestUnit(after));
 }
 
 /** How likely it is that, of rounds that differ by chance alone, all of one run exceed all of the other. */

@@ -86,11 +86,7 @@ std::int64_t Panel::patience(std::int64_t now_ns) const noexcept {
 
 void Panel::step(std::int64_t now_ns, const LineEdge* edges, int count) noexcept {
   if (lost()) return;
-  for (int i = 0; i < count; ++i) {
-    // When it came, not when a late thread hears of it. Kernels before 5.7 tell the time of day, which is later.
-    const std::int64_t at_ns = edges[i].at_ns;
-    see(edges[i].line, edges[i].active, at_ns > 0 && at_ns < now_ns ? at_ns : now_ns);
-  }
+  for (int i = 0; i < count; ++i) see(edges[i].line, edges[i].active, now_ns);
   publish(now_ns);  // before anything that may take its time
   for (std::size_t i = 0; i < line_.size(); ++i) {
     if (line_[i].role >= Role::kEnable) continue;

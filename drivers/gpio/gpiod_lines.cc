@@ -16,7 +16,6 @@ namespace {
 
 constexpr const char* kConsumer = "hapticd";
 constexpr std::size_t kMostLines = 16;
-constexpr std::size_t kMostEvents = 16;  ///< Of one line the kernel keeps no more.
 
 struct CloseChip {
   void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }
@@ -115,16 +114,9 @@ int GpiodLines::wait(std::int64_t timeout_ns, LineEdge* edges, int most) noexcep
   for (std::size_t i = 0; i < inputs_; ++i) {
     if ((polled_[i].revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) return kLost;
     if ((polled_[i].revents & (POLLIN | POLLPRI)) == 0 || found == most) continue;
-    // All that wait: a level that is looked at next is newer than any of them.
-    std::array<gpiod_line_event, kMostEvents> events;
-    const auto room = static_cast<unsigned>(std::min(most - found, static_cast<int>(kMostEvents)));
-    const int read = gpiod_line_event_read_fd_multiple(polled_[i].fd, events.data(), room);
-    if (read < 0) return kLost;
-    for (int e = 0; e < read; ++e) {
-      const gpiod_line_event& event = events[static_cast<std::size_t>(e)];
-      edges[found++] = {line_of_[i], event.event_type == GPIOD_LINE_EVENT_RISING_EDGE,
-                        event.ts.tv_sec * kSecond + event.ts.tv_nsec};
-    }
+    gpiod_line_event event;
+    if (gpiod_line_event_read_fd(polled_[i].fd, &event) != 0) return kLost;
+    edges[found++] = {line_of_[i], event.event_type == GPIOD_LINE_EVENT_RISING_EDGE};
   }
   return found;
 }

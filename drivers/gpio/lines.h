@@ -27,7 +27,6 @@ struct LineRequest {
 struct LineEdge {
   std::size_t line = 0;  ///< Index of the request.
   bool active = false;
-  std::int64_t at_ns = 0;  ///< When it came, by the kernel's CLOCK_MONOTONIC; 0: not known.
 };
 
 /** Lines that are held while this lives; then they float, so that what they enable needs a pull resistor of its own.

@@ -179,31 +179,6 @@ TEST_F(PanelTest, ALooseWireIsAStop) {
   EXPECT_TRUE(safety.stop);
 }
 
-/** Both its edges are told to a thread that is late, when the contact is closed again. */
-TEST_F(PanelTest, AnOpeningLastsFromEdgeToEdgeHoweverLateTheyAreTold) {
-  config[kStop].debounce_ms = 5;
-  for (const std::int64_t lasts : {4 * kMs, 5 * kMs}) {
-    make();
-    now += 8 * kMs;
-    const std::int64_t opened = now - 7 * kMs;
-    const LineEdge edges[] = {{kStop, false, opened}, {kStop, true, opened + lasts}};
-    panel->step(now, edges, 2);
-    EXPECT_EQ(safety.stop, lasts == 5 * kMs);
-  }
-}
-
-TEST_F(PanelTest, AnEdgeOfATimeToComeIsOfNow) {
-  config[kStop].debounce_ms = 5;
-  make();
-  const LineEdge edge{kStop, false, 1'800'000'000 * (1000 * kMs)};
-  board.level[kStop] = 0;
-  panel->step(now, &edge, 1);
-  pass(5 * kMs - 1);
-  EXPECT_FALSE(safety.stop);
-  pass(1);
-  EXPECT_TRUE(safety.stop);
-}
-
 TEST_F(PanelTest, WhatALookSeesIsToldAtOnce) {
   config[kStop].debounce_ms = 0;
   make();

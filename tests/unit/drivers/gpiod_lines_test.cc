@@ -5,7 +5,6 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -33,9 +32,8 @@ struct Wire {
 /** What the played library has. */
 struct Board {
   std::list<Wire> wires;
-  int closed = 0;   ///< Error number of who opens a chip.
-  int chips = 0;    ///< Open now.
-  long events = 0;  ///< Read so far; each came a nanosecond after the one before, and the first after 3 s.
+  int closed = 0;  ///< Error number of who opens a chip.
+  int chips = 0;   ///< Open now.
 };
 
 Board* board = nullptr;
@@ -135,18 +133,14 @@ int gpiod_line_event_get_fd(gpiod_line* line) {
   return line->wire->heard;
 }
 
-int gpiod_line_event_read_fd_multiple(int fd, gpiod_line_event* events, unsigned most) {
+int gpiod_line_event_read_fd(int fd, gpiod_line_event* event) {
   for (const Wire& wire : board->wires) {
     if (wire.heard == fd && wire.broken) return -1;
   }
-  std::array<char, 16> edges{};
-  const ssize_t count = read(fd, edges.data(), std::min<std::size_t>(most, edges.size()));
-  if (count < 1) return -1;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
-    events[i].event_type = edges[i] == '1' ? GPIOD_LINE_EVENT_RISING_EDGE : GPIOD_LINE_EVENT_FALLING_EDGE;
-    events[i].ts = {3, ++board->events};
-  }
-  return static_cast<int>(count);
+  char edge = 0;
+  if (read(fd, &edge, 1) != 1) return -1;
+  event->event_type = edge == '1' ? GPIOD_LINE_EVENT_RISING_EDGE : GPIOD_LINE_EVENT_FALLING_EDGE;
+  return 0;
 }
 
 }  // extern "C"
@@ -252,22 +246,6 @@ TEST_F(GpiodLines, EdgesAreThoseOfTheirLines) {
   EXPECT_EQ((*lines)->wait(0, edges.data(), 4), 0);
   pull(stop, false);
   EXPECT_EQ((*lines)->wait(1'100'000'000, edges.data(), 4), 1) << "at once";
-}
-
-/** Else the level that is looked at next would be taken for what came between them. */
-TEST_F(GpiodLines, AllEdgesOfALineAreToldAtOnceWithTheirTimes) {
-  Wire& stop = wire("STOP");
-  const auto lines = openLines({input("STOP")});
-  ASSERT_TRUE(lines);
-  std::array<LineEdge, 16> edges{};
-  for (int i = 0; i < 5; ++i) pull(stop, i % 2 != 0);
-  ASSERT_EQ((*lines)->wait(0, edges.data(), 3), 3) << "as many as there is room for";
-  ASSERT_EQ((*lines)->wait(0, edges.data() + 3, 13), 2);
-  for (int i = 0; i < 5; ++i) {
-    const LineEdge& edge = edges[static_cast<std::size_t>(i)];
-    EXPECT_EQ(edge.active, i % 2 != 0) << i;
-    EXPECT_EQ(edge.at_ns, 3'000'000'001 + i);
-  }
 }
 
 /** Which comes as often as it takes to come while it waits. */

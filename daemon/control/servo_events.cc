@@ -16,7 +16,7 @@ std::string_view whyRefused(ErrorCode code, CommandKind order, bool known) {
   if (code == ErrorCode::kUnsupported && order == CommandKind::kObjectVertices)
     return "it shows no mesh that was loaded as deformable";
   if (code == ErrorCode::kNotFound && order == CommandKind::kObjectVertices && known)
-    return "it has no vertex of that number";
+    return "it has no vertex of that number, or the servo has yet to hear of it";
   return describe(code);
 }
 

@@ -251,7 +251,7 @@ void HidPidIo::publish(std::int64_t now_ns, DeviceLink& link) noexcept {
   sample.buttons = buttons_;
   if (saturated_) sample.status |= kDeviceSaturated;
   if (safety_open_) sample.status |= kDeviceDeadmanOpen;
-  if (power_off_) sample.status |= kDeviceError;
+  if (power_off_ && !safety_open_) sample.status |= kDeviceError;  // Where the switch cuts the power it is no fault.
   link.publish(sample);
 }
 

@@ -263,6 +263,9 @@ TEST(HidPid, SafetySwitchAndPowerAreFaults) {
   stick.model.power(false);
   stick.run(5, {});
   EXPECT_EQ(stick.sample.status, kDeviceError);
+  stick.model.holdSafetySwitch(false);
+  stick.run(5, {});
+  EXPECT_EQ(stick.sample.status, kDeviceDeadmanOpen) << "the switch may be what cuts the power";
 }
 
 TEST(HidPid, NoFallbackStartsWhoseBoundTheDeviceDidNotTake) {

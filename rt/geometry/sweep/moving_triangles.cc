@@ -14,8 +14,8 @@ namespace {
 constexpr double kFarther = 1.125;      // Than the longest way of a vertex: so far off a triangle may touch the point.
 constexpr double kNoHeight = 1.0 / 16;  // Skins.
 constexpr double kLow = 0.5;            // Skins: lower, the point is put back.
-constexpr int kTries = 12;              // To find no more triangles than there is room for, each in
-constexpr double kNarrower = 0.25;      // of the reach before.
+constexpr int kTries = 12;          // Reaches from which one is chosen that leaves no more than there is room for, each
+constexpr double kNarrower = 0.25;  // of the one before.
 
 double narrower(double reach, double skin) HD_RT { return std::max(kNarrower * reach, kLiesOn * skin); }
 
@@ -63,16 +63,17 @@ MovingTriangles::MovingTriangles(const MeshView& mesh, std::span<const TriangleM
   }
   reach_ = kFarther * longest + kLiesOn * meeting.skin;
   if (collect(moves, x, reach_, false)) return;
-  for (int i = narrow(moves, x); !collect(moves, x, reach_, i == kTries - 1) && i < kTries - 1; ++i)
-    reach_ = narrower(reach_, meeting.skin);
+  narrow(moves, x, 3 * kMost);  // Of a triangle there may be three.
+  if (collect(moves, x, reach_, false)) return;
+  narrow(moves, x, kMost);
+  (void)collect(moves, x, reach_, true);
 }
 
 /**
- * Where there is no room: takes back the reach till there may be, and says which try that is. What jumps elsewhere in
- * the mesh must not make it so wide that what is here is left out. One look at each move: of a triangle there are
- * three.
+ * Where there is no room: takes back the reach till no more than `most` moves come so near. What jumps elsewhere in the
+ * mesh must not make it so wide that what is here is left out. One look at each move.
  */
-int MovingTriangles::narrow(std::span<const TriangleMove> moves, const Vec3& x) HD_RT {
+void MovingTriangles::narrow(std::span<const TriangleMove> moves, const Vec3& x, std::uint32_t most) HD_RT {
   std::uint32_t last[kTries] = {};  // How many moves come so near in a try, but not in the next one.
   for (const TriangleMove& move : moves) {
     if (move.mesh != &mesh_) continue;
@@ -82,9 +83,8 @@ int MovingTriangles::narrow(std::span<const TriangleMove> moves, const Vec3& x) 
     if (within > 0) ++last[within - 1];
   }
   int i = kTries - 1;
-  for (std::uint32_t moved = last[i]; i > 1 && moved + last[i - 1] <= 3 * kMost; --i) moved += last[i - 1];
+  for (std::uint32_t moved = last[i]; i > 1 && moved + last[i - 1] <= most; --i) moved += last[i - 1];
   for (int k = 0; k < i; ++k) reach_ = narrower(reach_, meeting_.skin);
-  return i;
 }
 
 /** False if there may be more than there is room for; then not `all` is gone through. */

@@ -64,7 +64,7 @@ class MovingTriangles {
   };
 
   [[nodiscard]] bool collect(std::span<const TriangleMove> moves, const Vec3& x, double reach, bool all) HD_RT;
-  [[nodiscard]] int narrow(std::span<const TriangleMove> moves, const Vec3& x) HD_RT;
+  void narrow(std::span<const TriangleMove> moves, const Vec3& x, std::uint32_t most) HD_RT;
   void addResting(const Vec3& x, std::uint32_t& work, std::uint32_t limit) HD_RT;
   [[nodiscard]] Moving* add(const TriangleMove& move, const Vec3& x, double reach) HD_RT;
   void move(Turn turn, int step) HD_RT;

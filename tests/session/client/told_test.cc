@@ -170,7 +170,8 @@ TEST_F(Told, AVertexThatTheObjectDoesNotHaveIsNotTakenForTheObject) {
   bench.step(5);
   const auto refused = heard(EventKind::kRefused);
   ASSERT_EQ(refused.size(), 2u);
-  EXPECT_EQ(refused[0].text, "moves of vertices of object 'cube': it has no vertex of that number");
+  EXPECT_EQ(refused[0].text,
+            "moves of vertices of object 'cube': it has no vertex of that number, or the servo has yet to hear of it");
   EXPECT_EQ(refused[1].text, "moves of vertices: no object, device, mesh or path of that name");
 }
 

@@ -254,18 +254,15 @@ TEST(HidPid, SafetySwitchAndPowerAreFaults) {
   stick.hold(Vec3::Zero());
   stick.run(20, push(Vec3(0, 1, 0)));
   EXPECT_EQ(stick.sample.status, kDeviceOk);
+  const auto status = [&] { return stick.run(5, push(Vec3(0, 1, 0))), stick.sample.status; };
   stick.model.holdSafetySwitch(false);
-  stick.run(5, push(Vec3(0, 1, 0)));
-  EXPECT_EQ(stick.sample.status, kDeviceDeadmanOpen);
+  EXPECT_EQ(status(), kDeviceDeadmanOpen);
   stick.model.holdSafetySwitch(true);
-  stick.run(5, {});
-  EXPECT_EQ(stick.sample.status, kDeviceOk);
+  EXPECT_EQ(status(), kDeviceOk);
   stick.model.power(false);
-  stick.run(5, {});
-  EXPECT_EQ(stick.sample.status, kDeviceError);
+  EXPECT_EQ(status(), kDeviceError);
   stick.model.holdSafetySwitch(false);
-  stick.run(5, {});
-  EXPECT_EQ(stick.sample.status, kDeviceDeadmanOpen) << "the switch may be what cuts the power";
+  EXPECT_EQ(status(), kDeviceDeadmanOpen) << "it may be what cuts the power";
 }
 
 TEST(HidPid, NoFallbackStartsWhoseBoundTheDeviceDidNotTake) {

@@ -150,7 +150,7 @@ TEST(GuardProperty, AnyInputWhatever) {
     runAdversary(seed, false, 3000, armed, faults);
     if (HasFatalFailure()) return;
   }
-  EXPECT_GT(armed, 20'000) << "too little of the run was armed to mean anything";
+  EXPECT_GT(armed, drawn(30'000)) << "too little of the run was armed to mean anything";
   EXPECT_GT(faults, drawn(500));
 }
 

@@ -29,6 +29,15 @@ class Revived : public testing::Test {
     }
   }
   double force() { return bench.sample().force[0]; }
+  void expectFade() {
+    double last = force();
+    for (int i = 0; i < 300; ++i) {
+      bench.step();
+      ASSERT_GT(force(), last - 0.03) << "period " << i << ": it fades over 50, it is not cut off";
+      last = std::max(force(), 0.0);
+    }
+    EXPECT_EQ(last, 0);
+  }
   Bench bench;
   std::uint64_t guest = 0;
   std::unique_ptr<ClientSide> client;
@@ -46,13 +55,7 @@ TEST_F(Revived, BetweenItsEndAndIngestsLettingGoItFadesAllTheSame) {
   }
   ASSERT_GT(force(), 0.5) << "... which therefore holds";
   for (int i = 0; i < 1000; ++i) bench.device().applyRadius();  // The next loss has to wait its turn.
-  double last = force();
-  for (int i = 0; i < 300; ++i) {
-    bench.step();
-    ASSERT_GT(force(), last - 0.03) << "period " << i << ": it fades over 50, it is not cut off";
-    last = std::max(force(), 0.0);
-  }
-  EXPECT_EQ(last, 0);
+  expectFade();
   EXPECT_NE(bench.sample().flags & HD_SAMPLE_ARMED, 0u);
   EXPECT_EQ(bench.core.sessions().all().size(), 1u);
 }
@@ -67,13 +70,7 @@ TEST_F(Revived, WhileTheServoTakesNothingItFadesAllTheSame) {
     group.ingest().step(bench.clock.now(), 0);
     bench.core.poll();
   }
-  double last = force();
-  for (int i = 0; i < 300; ++i) {
-    bench.step();
-    ASSERT_GT(force(), last - 0.03) << "period " << i << ": it fades over 50, it is not cut off";
-    last = std::max(force(), 0.0);
-  }
-  EXPECT_EQ(last, 0);
+  expectFade();
   EXPECT_EQ(bench.core.sessions().all().size(), 1u);
 }
 

@@ -232,14 +232,7 @@ TEST_F(SlotTest, ClearBlendsOut) {
 }
 
 TEST_F(SlotTest, UpdatesOfOneSurfaceKeepAStickingHandStuck) {
-  hd_local_model m = modelOf(HD_MODEL_PLANE);
-  m.material.friction_static = 0.8;
-  m.material.friction_dynamic = 0.5;
-  set(m, 0);
-  (void)at(0);
-  (void)at(20);
-  tool.p.x() = 0.001;
-  ASSERT_NEAR(at(21).x(), -0.5, 1e-12);
+  const hd_local_model m = stickingPlane();
   for (int ms = 22; ms < 1000; ++ms) {
     if (ms % 16 == 0) set(m, ms);
     ASSERT_NEAR(at(ms).x(), -0.5, 1e-12) << "creeps at " << ms << " ms";
@@ -248,14 +241,7 @@ TEST_F(SlotTest, UpdatesOfOneSurfaceKeepAStickingHandStuck) {
 
 /** What is cleared and said anew in one tick was never gone. */
 TEST_F(SlotTest, ASurfaceClearedAndSaidAnewInOneTickKeepsAStickingHandStuck) {
-  hd_local_model m = modelOf(HD_MODEL_PLANE);
-  m.material.friction_static = 0.8;
-  m.material.friction_dynamic = 0.5;
-  set(m, 0);
-  (void)at(0);
-  (void)at(20);
-  tool.p.x() = 0.001;
-  ASSERT_NEAR(at(21).x(), -0.5, 1e-12);
+  const hd_local_model m = stickingPlane();
   for (int ms = 22; ms < 100; ++ms) {
     if (ms % 16 == 0) {
       slot.clear(ms * kMs, 0);

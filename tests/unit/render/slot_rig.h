@@ -28,6 +28,18 @@ class SlotTest : public ::testing::Test {
     m.origin[0] = 1e-6 * static_cast<double>(seq_);
     return m;
   }
+  /** In force from 0 to 21 ms, when it holds a hand that has gone 1 mm along it with 0.5 N. */
+  hd_local_model stickingPlane() {
+    hd_local_model m = modelOf(HD_MODEL_PLANE);
+    m.material.friction_static = 0.8;
+    m.material.friction_dynamic = 0.5;
+    set(m, 0);
+    (void)at(0);
+    (void)at(20);
+    tool.p.x() = 0.001;
+    EXPECT_NEAR(at(21).x(), -0.5, 1e-12);
+    return m;
+  }
   /** An object at p, moving with v. Returns its id. */
   std::uint32_t addObject(const Vec3& p, const Vec3& v = Vec3::Zero()) {
     const Pose X{p, Quat::Identity()};

@@ -444,6 +444,18 @@ TEST_F(SessionTest, ReopensTheDeviceItHadWhateverBearsItsNameByThen) {
   EXPECT_STREQ((*named->describe())->device->uri, "sim://one") << "not a stranger's hand";
 }
 
+/** Those of the configuration may be others by then. */
+TEST_F(SessionTest, ReopensWithTheParametersThatWereAskedForAlone) {
+  daemon_->script([](Script& script) { script.device = "sim://one?dof=6"; });
+  for (const auto& [asked, again] : {std::pair{"sim2", "sim://one"}, {"sim://two?dof=6", "sim://two?dof=6"}}) {
+    auto session = client_->openSession(asked);
+    ASSERT_TRUE(session) << session.error().message();
+    const auto back = session->reopen();
+    ASSERT_TRUE(back) << back.error().message();
+    EXPECT_STREQ((*session->describe())->device->uri, again);
+  }
+}
+
 TEST_F(SessionTest, RefusalsOfOpeningNameTheDevice) {
   const auto none = client_->openSession("sim://none");
   EXPECT_EQ(none.code(), HAPTIC_NOT_FOUND);

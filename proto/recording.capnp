@@ -65,6 +65,7 @@ struct DeviceStart {
   peakForce @17 :Float64;           # N
   heatingS @18 :Float64;            # s
   heat @19 :Float64;                # of the motors at the start
+  lifeNs @20 :Int64;                # of a command that no other follows; 0: until the next
 }
 
 struct GuardLimits {

@@ -123,6 +123,9 @@ class Device {
   /** safe(), then gives the device back. */
   virtual void close() noexcept = 0;
 
+  /** How long a command is shown that no other follows, before the driver sends zeros; 0: until the next. */
+  [[nodiscard]] virtual std::int64_t commandLife_ns() const noexcept { return 0; }
+
   /** Newest sample at `now_ns`; leaves fresh false and the rest as before when there is none. */
   virtual void read(std::int64_t now_ns, DeviceSample& sample) HD_RT = 0;
   /** Sends a command; takes effect as soon as the device can. */

@@ -36,6 +36,7 @@ GroupOptions DeviceManager::options(const GroupConfig& group,
     guard.small_force = config_.guard.small_force_n;
     guard.small_force_ticks = config_.guard.small_force_ticks;
     guard.stale_ns = std::llround(config_.guard.device_stale_ms * kNsPerMs);
+    guard.life_ns = devices[i]->commandLife_ns();
     guard.missed_limit = config_.servo.missed_limit;
     guard.passivity = config_.guard.passivity;
     guard.continuous_force = info.continuous_force;

@@ -12,7 +12,7 @@ namespace {
 // means what was before.
 static_assert(sizeof(AddObject) == 136 && sizeof(SetShape) == 40 && sizeof(SessionRef) == 16 &&
               sizeof(DeviceLimits) == 72 && sizeof(StopOrder) == 8 && sizeof(Command) == 512);
-static_assert(sizeof(GuardLimits) == 64 && sizeof(GuardConfig) == 168);
+static_assert(sizeof(GuardLimits) == 64 && sizeof(GuardConfig) == 176);
 static_assert(sizeof(DeviceSample) == 160 && sizeof(DeviceCommand) == 64);
 
 constexpr std::int64_t kLongestPeriodNs = 1'000'000'000;
@@ -60,6 +60,7 @@ void write(const GuardConfig& in, proto::DeviceStart::Builder out) {
   out.setSmallForceTicks(in.small_force_ticks);
   out.setStaleNs(in.stale_ns);
   out.setMissedLimit(in.missed_limit);
+  out.setLifeNs(in.life_ns);
   out.setPassivity(in.passivity);
   out.setMaxDamping(in.max_damping);
   out.setEnergyLimit(in.energy_limit);
@@ -79,6 +80,7 @@ GuardConfig read(proto::DeviceStart::Reader in) {
   out.small_force_ticks = in.getSmallForceTicks();
   out.stale_ns = in.getStaleNs();
   out.missed_limit = in.getMissedLimit();
+  out.life_ns = in.getLifeNs();
   out.passivity = in.getPassivity();
   out.max_damping = in.getMaxDamping();
   out.energy_limit = in.getEnergyLimit();

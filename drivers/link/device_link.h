@@ -12,6 +12,9 @@
 
 namespace hapticd {
 
+/** A servo silent for so long has its force taken back. */
+inline constexpr std::int64_t kCommandLife_ns = 10'000'000;
+
 /** What happened on the wire since open. The I/O thread writes, anybody reads. */
 struct LinkCounters {
   std::atomic<std::uint64_t> exchanges{0};       ///< Answers that were whole and made sense.

@@ -19,12 +19,12 @@
 namespace hapticd {
 
 struct IoOptions {
-  int priority = 85;                      ///< SCHED_FIFO; without the right to it the thread runs as others do.
-  bool thread = true;                     ///< False: the caller runs it by pump() (tests, benchmarks).
-  std::int64_t stale_ns = 10'000'000;     ///< A servo silent for so long has its force taken back.
-  std::int64_t retry_ns = 500'000'000;    ///< Between two attempts to find an unplugged device again.
-  std::int64_t in_flight_ns = 2'000'000;  ///< Longest wait of safe() for an order that is being sent.
-  std::int64_t service_ns = 50'000'000;   ///< Longest stay in one exchange(), and so until close() is noticed.
+  int priority = 85;                        ///< SCHED_FIFO; without the right to it the thread runs as others do.
+  bool thread = true;                       ///< False: the caller runs it by pump() (tests, benchmarks).
+  std::int64_t stale_ns = kCommandLife_ns;  ///< A servo silent for so long has its force taken back.
+  std::int64_t retry_ns = 500'000'000;      ///< Between two attempts to find an unplugged device again.
+  std::int64_t in_flight_ns = 2'000'000;    ///< Longest wait of safe() for an order that is being sent.
+  std::int64_t service_ns = 50'000'000;     ///< Longest stay in one exchange(), and so until close() is noticed.
 };
 
 /**
@@ -41,6 +41,7 @@ class IoDevice final : public Device, public SlowToOpen, public HasBattery {
   /** Of a device that needs one, none from the moment the servo is told that it has gone. */
   [[nodiscard]] Calibration calibration() const noexcept override;
   [[nodiscard]] int batteryPercent() const noexcept override { return io_->batteryPercent(); }
+  [[nodiscard]] std::int64_t commandLife_ns() const noexcept override { return options_.stale_ns; }
   [[nodiscard]] Histogram* roundTrip() noexcept override { return &link_.round_trip; }
 
   [[nodiscard]] Result<void> open() override;

@@ -57,6 +57,7 @@ class HelperDevice final : public Device, public SlowToOpen {
 
   [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
   [[nodiscard]] Calibration calibration() const noexcept override;
+  [[nodiscard]] std::int64_t commandLife_ns() const noexcept override { return kCommandLife_ns; }
   [[nodiscard]] Histogram* roundTrip() noexcept override { return end_ ? &end_->round_trip : nullptr; }
   [[nodiscard]] Result<void> open() override;
   void close() noexcept override;

@@ -15,7 +15,6 @@
 namespace hapticd {
 namespace {
 
-constexpr std::int64_t kStale_ns = 10'000'000;    ///< A servo silent for so long has its force taken back.
 constexpr std::int64_t kService_ns = 20'000'000;  ///< Longest stay in one exchange().
 constexpr int kServeLook_ms = 20;
 constexpr int kHung_ms = 1000;  ///< A library that does not come back for so long is dead.
@@ -109,7 +108,7 @@ int serveVendor(int socket, const std::atomic<bool>& stop, int patience_ms) {
     return 1;
   }
   (void)lockMemory();
-  SharedDeviceEnd link(*mapping.get(), request.value().generation, kStale_ns);
+  SharedDeviceEnd link(*mapping.get(), request.value().generation, kCommandLife_ns);
   Running running;
   RtThread thread;
   const auto started = thread.start("vendor-io", kServeStackBytes, [&] {

@@ -54,6 +54,9 @@ double falls(const Vec3& from, const Vec3& way, double dt) HD_RT {
   return toward > 0 ? std::min(toward / way.norm(), from.norm() * (dt / Guard::kFall_s)) : 0.0;
 }
 
+/** Since the last tick. */
+double passed_ns(const GuardInput& input) HD_RT { return 1e9 * (1.0 + input.missed) * input.dt; }
+
 bool finite(const Twist& x) HD_RT { return isFinite(x.v) && isFinite(x.w); }
 
 /** Causes that latch even while disarmed: they say that something is broken. The others are daily life there. */
@@ -169,15 +172,26 @@ double Guard::storedIn(const GuardInput& input, const Wanted& wanted) HD_RT {
   return wanted.passive.isZero(0) ? 0 : -1;
 }
 
+bool Guard::takenBack(const GuardInput& input) const HD_RT {
+  constexpr double kRounding_ns = 0.5;
+  return config_.life_ns > 0 && static_cast<double>(config_.life_ns) <= passed_ns(input) + kRounding_ns;
+}
+
+double Guard::stoodFor(const GuardInput& input) const HD_RT {
+  return takenBack(input) ? std::min(1.0, static_cast<double>(config_.life_ns) / passed_ns(input)) : 1.0;
+}
+
 void Guard::bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT {
   Vec3 moved = input.sample->p - last_p_;
   // A metre within a tick is no motion of a hand; the velocity limit deals with it.
   if (!(moved.cwiseAbs().maxCoeff() <= 1)) moved.setZero();
-  past_passive_.push(last_passive_);
+  const double stood = stoodFor(input);
+  past_passive_.push(stood * last_passive_);
   const Vec3 acted = past_passive_.acted(config_.delay);
+  if (takenBack(input)) past_passive_.reset();  // What was on its way has come and gone.
   const double stored = storedIn(input, wanted);
   // Bodies kept moving in missed periods: what they bring in one tick counts for each; limitStore() caps the sum.
-  const Vec3 carried = (1.0 + input.missed) * last_carried_;
+  const Vec3 carried = stood * (1.0 + input.missed) * last_carried_;
   passivity_.observe(acted, moved, carried + last_ramped_);
   passivity_.limitStore(stored);
   if (stored >= 0 && last_stored_ >= 0) {
@@ -324,8 +338,10 @@ void Guard::step(const GuardInput& input, GuardOutput& output) HD_RT {
   }
   if (present_cause_ != HD_FAULT_NONE && (armed() || latchesWhileDisarmed(present_cause_))) latch(present_cause_);
   if (isFinite(input.sample->p)) last_p_ = input.sample->p;
-  // The former force stood through the missed periods, even if this tick is a fault.
-  heating_.book(held, input.missed * input.dt);
+  // The former force stood through the missed periods, even if this tick is a fault; then the driver took it back, and
+  // the slew starts from what the hand feels.
+  heating_.book(held, std::max(0.0, stoodFor(input) * (1.0 + input.missed) - 1) * input.dt);
+  if (takenBack(input)) last_ = Sent{};
 
   output.flags = 0;
   Sent sent;

@@ -30,7 +30,9 @@ struct GuardConfig {
   double small_torque = 0.02;            ///< ... and the torque below this [N m] ...
   std::uint32_t small_force_ticks = 4;   ///< ... for so many ticks. Gravity compensation does not count.
   std::int64_t stale_ns = 20'000'000;    ///< No fresh sample for so long: HD_FAULT_DEVICE_LOST.
-  std::uint32_t missed_limit = 50;       ///< Periods missed in one overrun that latch HD_FAULT_OVERRUN.
+  /** So long does the device show a command that no other follows, and then nothing; 0: until the next. */
+  std::int64_t life_ns = 0;
+  std::uint32_t missed_limit = 50;  ///< Periods missed in one overrun that latch HD_FAULT_OVERRUN.
   bool passivity = true;
   double delay = 0;        ///< From a command to the sample that shows it act, beyond one tick [ticks, at most 16].
   double max_damping = 2;  ///< What the device can show [N s/m]: most that the passivity controller adds.
@@ -145,6 +147,10 @@ class Guard {
   [[nodiscard]] std::uint32_t causeOf(const GuardInput& input, bool sources_finite) const HD_RT;
   /** Elastic energy the passive sources hold now [J]; negative: unknown. */
   [[nodiscard]] static double storedIn(const GuardInput& input, const Wanted& wanted) HD_RT;
+  /** Whether the driver has sent zeros since the last tick, because this one came so late. */
+  [[nodiscard]] bool takenBack(const GuardInput& input) const HD_RT;
+  /** Part of the time since the last tick in which the device showed what it was sent there, in (0, 1]. */
+  [[nodiscard]] double stoodFor(const GuardInput& input) const HD_RT;
   void forgetEnergy() HD_RT;
   void bookEnergy(const GuardInput& input, const Wanted& wanted) HD_RT;
   void advanceState(const Wanted& wanted, const GuardInput& input) HD_RT;

@@ -203,6 +203,7 @@ class Wire : public Conformance {
 };
 
 TEST_P(Wire, ASilentServoLosesItsForce) {
+  EXPECT_EQ(rig_->device().commandLife_ns(), 10 * kMs) << "what the guard is told";
   pushing();
   rig_->advance(20 * kMs + rig_->mostDelay_ns());
   EXPECT_TRUE(still());

@@ -24,6 +24,7 @@ inline GuardConfig randomConfig(Random& random) {
   GuardConfig config;
   config.limits = randomLimits(random);
   config.ramp_ns = static_cast<std::int64_t>(random.in(0, 30e6));
+  config.life_ns = random.once(3) ? 0 : std::int64_t{1'000'000} * (1 + random.below(60));
   config.small_force_ticks = 1 + random.below(4);
   config.passivity = !random.once(3);
   config.max_damping = random.in(0, 20);
@@ -35,6 +36,7 @@ inline GuardConfig randomConfig(Random& random) {
 /** A guard fed with whatever comes; cause() and broken() are the test's own account of what must latch. */
 struct Adversary {
   Random random;
+  GuardConfig config;
   Guard guard;
   DeviceSample sample;
   GuardInput in;
@@ -44,7 +46,7 @@ struct Adversary {
   bool calm;                             ///< No causes of faults: the guard stays armed and the rest gets its exercise.
   int let_go = 0, silent = 0, fast = 0;  ///< Ticks that it still lasts.
 
-  Adversary(unsigned seed, bool is_calm) : random(seed), guard(randomConfig(random)), calm(is_calm) {}
+  Adversary(unsigned seed, bool is_calm) : random(seed), config(randomConfig(random)), guard(config), calm(is_calm) {}
 
   void draw() {
     in = GuardInput{};
@@ -69,6 +71,7 @@ struct Adversary {
     in.carried = random.once(8) ? random.wildVector() : random.vector(0.1);
     in.stored = random.wild();
     in.gripper_force = quiet ? 0 : (random.once(6) ? random.wild() : random.in(-5, 5));
+    if (random.once(60)) in.missed = random.below(50);
     if (!calm) trouble();
   }
 
@@ -106,6 +109,11 @@ struct Adversary {
     if (let_go-- > 0) in.deadman_open = true;
     if (silent-- > 0) sample.fresh = false;
     if (fast-- > 0) in.velocity.v = {5, 0, 0};
+  }
+
+  /** Whether the driver has let go of the force, for the servo was silent. */
+  [[nodiscard]] bool takenBack() const {
+    return config.life_ns > 0 && (1 + std::int64_t{in.missed}) * 1'000'000 >= config.life_ns;
   }
 
   /** Whether the input has a cause other than energy. */

@@ -109,6 +109,7 @@ class Duel {
     const bool lowered =
         limits.force < before.force || limits.torque < before.torque || limits.gripper_force < before.gripper_force;
     const double share = lowered ? 1 + 1e-9 : 1, rounding = lowered ? 1e-11 : 0;
+    if (a_.takenBack()) last_ = {};  // What the hand feels until now.
     const Vec3 from_f = lowered ? inside(last_.force, limits.force) : last_.force;
     const Vec3 from_t = lowered ? inside(last_.torque, limits.torque) : last_.torque;
     expectChange(from_f, now.force, limits.force_slew * kDt * share + rounding);

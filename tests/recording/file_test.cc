@@ -181,5 +181,63 @@ TEST(RecordingFile, NumbersThatAreNoneComeBackAsTheyWere) {
   EXPECT_EQ(back.sent[0].torque.y(), cycle.sent[0].torque.y());
 }
 
+TEST(RecordingFile, AGuardIsAsItWas) {
+  std::string bytes;
+  RecordingWriter writer([&](std::span<const std::byte> block) {
+    bytes.append(reinterpret_cast<const char*>(block.data()), block.size());
+    return true;
+  });
+  RecordingHeader header;
+  header.devices = {{"sim", "sim://default", "a simulation"}};
+  GuardConfig& was = header.start.config.guard[0];
+  was.limits = {1, 0.2, 3, 4, 5, 6, 7, 8};
+  was.ramp_ns = 9;
+  was.small_force = 10;
+  was.small_torque = 11;
+  was.small_force_ticks = 12;
+  was.stale_ns = 13;
+  was.missed_limit = 14;
+  was.life_ns = 15;
+  was.passivity = false;
+  was.delay = 16;
+  was.max_damping = 17;
+  was.continuous_force = 18;
+  was.peak_force = 19;
+  was.heating_s = 20;
+  was.heat = 21;
+  was.energy_limit = 22;
+  ASSERT_TRUE(writer.header(header) && writer.end("stopped", 0));
+  const auto reader = readerOf(bytes);
+  ASSERT_TRUE(reader.ok()) << toString(reader.error());
+  const GuardConfig& is = reader->header().start.config.guard[0];
+  const auto numbers = [](const GuardConfig& g) {
+    const GuardLimits& l = g.limits;
+    return std::vector<double>{l.force,
+                               l.torque,
+                               l.force_slew,
+                               l.torque_slew,
+                               l.gripper_force,
+                               l.velocity,
+                               l.power,
+                               l.active_power,
+                               static_cast<double>(g.ramp_ns),
+                               g.small_force,
+                               g.small_torque,
+                               1.0 * g.small_force_ticks,
+                               static_cast<double>(g.stale_ns),
+                               1.0 * g.missed_limit,
+                               static_cast<double>(g.life_ns),
+                               g.passivity ? 1.0 : 0.0,
+                               g.delay,
+                               g.max_damping,
+                               g.continuous_force,
+                               g.peak_force,
+                               g.heating_s,
+                               g.heat,
+                               g.energy_limit};
+  };
+  EXPECT_EQ(numbers(is), numbers(was));
+}
+
 }  // namespace
 }  // namespace hapticd::test

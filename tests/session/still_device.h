@@ -18,6 +18,7 @@ class StillDevice : public Device, public SlowToOpen {
     sample.fresh = true;
   }
   void write(std::int64_t, const DeviceCommand&) HD_RT override {}
+  [[nodiscard]] std::int64_t commandLife_ns() const noexcept override { return 7'000'000; }
   void safe() noexcept override {}
 
  protected:

@@ -468,7 +468,10 @@ TEST_F(Missing, ItsLimitsAreThoseOfItsEntryHoweverLateItIsPluggedIn) {
       ASSERT_TRUE(device.ok());
       EXPECT_EQ((*device)->limits.force, 1.25);
       EXPECT_EQ((*device)->radius, 0.002);
-      EXPECT_EQ((*device)->link->group().options().cycle.guard[0].limits.force, 1.25) << "and the guard's";
+      const GuardConfig& guard = (*device)->link->group().options().cycle.guard[0];
+      EXPECT_EQ(guard.limits.force, 1.25) << "and the guard's";
+      EXPECT_EQ(guard.life_ns, (*device)->device().commandLife_ns());
+      EXPECT_GT(guard.life_ns, 0);
     });
     until(clock.now());
     EXPECT_THAT(open(), ::testing::Contains("a://4711"));

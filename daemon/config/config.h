@@ -19,8 +19,15 @@ namespace hapticd {
 
 /** Bounds for one device; as GuardLimits. The device's own maxima bind as well, whichever is lower. */
 struct LimitsConfig {
+  /** What may be said, here and while it runs. */
+  struct Range {
+    double least, most;
+  };
+  static constexpr Range kForce{0, 200}, kTorque{0, 50}, kGripperForce{0, 200};
   /** A force that may hardly fall stays with the hand, whatever it has come from. */
-  static constexpr double kLeastForceSlew = 1, kLeastTorqueSlew = 0.1;  ///< [N/s], [N m/s]
+  static constexpr Range kForceSlew{1, 1e6}, kTorqueSlew{0.1, 1e6};
+  static constexpr Range kVelocity{0.01, 50}, kPower{0, 1000};
+
   double force_n = 10.0;
   double torque_nm = 0.5;
   double gripper_force_n = 8.0;

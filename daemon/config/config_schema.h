@@ -13,14 +13,17 @@ namespace hapticd {
 
 template <class Visitor, class Limits>
 void visitLimits(Visitor& v, Limits& c) {
-  v.number("force_n", c.force_n, 0, 200);
-  v.number("torque_nm", c.torque_nm, 0, 50);
-  v.number("gripper_force_n", c.gripper_force_n, 0, 200);
-  v.number("force_slew_n_per_s", c.force_slew_n_per_s, LimitsConfig::kLeastForceSlew, 1e6);
-  v.number("torque_slew_nm_per_s", c.torque_slew_nm_per_s, LimitsConfig::kLeastTorqueSlew, 1e6);
-  v.number("velocity_m_per_s", c.velocity_m_per_s, 0.01, 50);
-  v.number("power_w", c.power_w, 0, 1000);
-  v.number("active_power_w", c.active_power_w, 0, 1000);
+  const auto number = [&](const char* name, auto& value, const LimitsConfig::Range& range) {
+    v.number(name, value, range.least, range.most);
+  };
+  number("force_n", c.force_n, LimitsConfig::kForce);
+  number("torque_nm", c.torque_nm, LimitsConfig::kTorque);
+  number("gripper_force_n", c.gripper_force_n, LimitsConfig::kGripperForce);
+  number("force_slew_n_per_s", c.force_slew_n_per_s, LimitsConfig::kForceSlew);
+  number("torque_slew_nm_per_s", c.torque_slew_nm_per_s, LimitsConfig::kTorqueSlew);
+  number("velocity_m_per_s", c.velocity_m_per_s, LimitsConfig::kVelocity);
+  number("power_w", c.power_w, LimitsConfig::kPower);
+  number("active_power_w", c.active_power_w, LimitsConfig::kPower);
 }
 
 template <class Visitor, class Configuration>

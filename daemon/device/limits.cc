@@ -12,17 +12,17 @@ namespace {
 struct Field {
   const char* name;
   double GuardLimits::*value;
-  double least = 0;
+  LimitsConfig::Range range;
 };
 constexpr Field kFields[] = {
-    {"force", &GuardLimits::force},
-    {"torque", &GuardLimits::torque},
-    {"forceSlew", &GuardLimits::force_slew, LimitsConfig::kLeastForceSlew},
-    {"torqueSlew", &GuardLimits::torque_slew, LimitsConfig::kLeastTorqueSlew},
-    {"velocity", &GuardLimits::velocity},
-    {"power", &GuardLimits::power},
-    {"activePower", &GuardLimits::active_power},
-    {"gripperForce", &GuardLimits::gripper_force},
+    {"force", &GuardLimits::force, LimitsConfig::kForce},
+    {"torque", &GuardLimits::torque, LimitsConfig::kTorque},
+    {"forceSlew", &GuardLimits::force_slew, LimitsConfig::kForceSlew},
+    {"torqueSlew", &GuardLimits::torque_slew, LimitsConfig::kTorqueSlew},
+    {"velocity", &GuardLimits::velocity, LimitsConfig::kVelocity},
+    {"power", &GuardLimits::power, LimitsConfig::kPower},
+    {"activePower", &GuardLimits::active_power, LimitsConfig::kPower},
+    {"gripperForce", &GuardLimits::gripper_force, LimitsConfig::kGripperForce},
 };
 constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 
@@ -72,17 +72,22 @@ Result<void> checkMaxima(const GuardLimits& limits, const GuardLimits& maxima, c
 Result<GuardLimits> mergeLimits(const GuardLimits& now, GuardLimits wanted) {
   for (const Field& f : kFields) {
     double& value = wanted.*f.value;
-    if (std::isnan(value)) value = now.*f.value;
+    if (std::isnan(value) || value == now.*f.value) {
+      value = now.*f.value;
+      continue;
+    }
     if (!std::isfinite(value) || value < 0) {
       return Error{ErrorCode::kInvalidArgument, std::string("limits.") + f.name,
                    fmt::format("{} is not a finite number of at least 0", value),
                    "NaN keeps the limit that is in force"};
     }
-    if (value < f.least) {
-      return Error{ErrorCode::kInvalidArgument, std::string("limits.") + f.name,
-                   fmt::format("at {:g} what the hand feels would hardly fall any more", value),
-                   fmt::format("at least {:g}; NaN keeps the limit that is in force", f.least)};
-    }
+    const auto& [least, most] = f.range;
+    if (value >= least && value <= most) continue;
+    const bool is_slew = f.value == &GuardLimits::force_slew || f.value == &GuardLimits::torque_slew;
+    return Error{ErrorCode::kInvalidArgument, std::string("limits.") + f.name,
+                 is_slew && value < least ? fmt::format("at {:g} what the hand feels would hardly fall any more", value)
+                                          : fmt::format("{:g} is beyond what the configuration may say", value),
+                 fmt::format("{:g} to {:g}; NaN keeps the limit that is in force", least, most)};
   }
   return wanted;
 }

@@ -21,8 +21,8 @@ namespace hapticd {
 /** kInvalidArgument names the first limit that is above what the device allows. */
 [[nodiscard]] Result<void> checkMaxima(const GuardLimits& limits, const GuardLimits& maxima, const std::string& device);
 
-/** NaN in `wanted` keeps what `now` has. kInvalidArgument names the field that is infinite or negative, or
- * a slew below what the configuration may say. */
+/** NaN in `wanted` keeps what `now` has. kInvalidArgument names the field that is no number or beyond what the
+ * configuration may say; what stays as it is may be so. */
 [[nodiscard]] Result<GuardLimits> mergeLimits(const GuardLimits& now, GuardLimits wanted);
 
 }  // namespace hapticd

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <tuple>
 
 namespace hapticd {
 namespace {
@@ -63,15 +64,49 @@ TEST(Limits, WhatIsFeltCanAlwaysFall) {
   wanted.force_slew = 0;
   const auto none = mergeLimits(now, wanted);
   ASSERT_FALSE(none.ok());
-  EXPECT_EQ(
-      toString(none.error()),
-      "limits.forceSlew: at 0 what the hand feels would hardly fall any more (at least 1; NaN keeps the limit that "
-      "is in force)");
+  EXPECT_EQ(toString(none.error()),
+            "limits.forceSlew: at 0 what the hand feels would hardly fall any more (1 to 1e+06; NaN keeps the limit "
+            "that is in force)");
   wanted.force_slew = 1;
   wanted.torque_slew = 0.09;
   const auto little = mergeLimits(now, wanted);
   ASSERT_FALSE(little.ok());
   EXPECT_EQ(little.error().where, "limits.torqueSlew");
+}
+
+/** A number that the file may not have is a slip of the keyboard while it runs, too. */
+TEST(Limits, WhatTheConfigurationMayNotSayNobodyMay) {
+  const GuardLimits now = startLimits({}, omega());
+  const std::tuple<double GuardLimits::*, double, double> ranges[] = {
+      {&GuardLimits::force, 0, 200},         {&GuardLimits::torque, 0, 50},        {&GuardLimits::force_slew, 1, 1e6},
+      {&GuardLimits::torque_slew, 0.1, 1e6}, {&GuardLimits::velocity, 0.01, 50},   {&GuardLimits::power, 0, 1000},
+      {&GuardLimits::active_power, 0, 1000}, {&GuardLimits::gripper_force, 0, 200}};
+  for (const auto& [field, least, most] : ranges) {
+    for (const double good : {least, most}) {
+      GuardLimits wanted = now;
+      wanted.*field = good;
+      EXPECT_TRUE(mergeLimits(now, wanted).ok()) << good;
+    }
+    for (const double bad : {least - 0.001, most * 1.001, 1e300}) {
+      GuardLimits wanted = now;
+      wanted.*field = bad;
+      EXPECT_FALSE(mergeLimits(now, wanted).ok()) << bad;
+    }
+  }
+  GuardLimits fast = now;
+  fast.velocity = 1e300;
+  EXPECT_EQ(toString(mergeLimits(now, fast).error()),
+            "limits.velocity: 1e+300 is beyond what the configuration may say (0.01 to 50; NaN keeps the limit that is "
+            "in force)");
+}
+
+/** What a device's own maxima have brought below the range stays, while another limit is changed. */
+TEST(Limits, WhatStaysIsNotJudged) {
+  GuardLimits now = startLimits({}, omega());
+  now.velocity = 0.005;
+  GuardLimits wanted = now;
+  wanted.force = 1;
+  EXPECT_TRUE(mergeLimits(now, wanted).ok());
 }
 
 TEST(Limits, WhatTheDeviceDoesNotAllowIsNamed) {

@@ -274,7 +274,7 @@ std::uint32_t Cycle::heldObjects(std::array<std::uint32_t, kMaxDevices>& held) c
   return n;
 }
 
-/** The reading in the world: itself where the device's frame is the world's. */
+/** Where the hand is in the world; how fast, DeviceOutput::velocity says. */
 const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT {
   DeviceState& device = devices_[d];
   const DeviceSample& read = input.device[d];
@@ -284,13 +284,7 @@ const DeviceSample& Cycle::place(std::uint32_t d, const CycleInput& input) HD_RT
   device.placed = read;
   device.placed.p = hand.p;
   device.placed.q = hand.q;
-  const Twist velocity = device.mount.toWorld(Twist{read.v, read.w});
-  device.placed.v = velocity.v;
-  device.placed.w = velocity.w;
-  if (device.clutch.frozen()) {
-    device.placed.p = device.clutch.anchor();
-    device.placed.v.setZero();
-  }
+  if (device.clutch.frozen()) device.placed.p = device.clutch.anchor();
   return device.placed;
 }
 

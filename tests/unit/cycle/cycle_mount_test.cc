@@ -181,6 +181,17 @@ TEST_F(CycleMount, AMetreOfTheHandIsAsManyOfTheWorldAsItsScale) {
   EXPECT_NEAR(output->device[0].command.force.z(), 2, 1e-9) << "500 N/m there, 2000 N/m to the hand";
 }
 
+/** A metre is longer there, a turn is a turn. */
+TEST_F(CycleMount, WhatADeviceMeasuresOfItsSpeedIsOfTheWorld) {
+  ASSERT_EQ(mount(mountAt({{0.2, 0.1, 0.3}, Quat(Eigen::AngleAxisd(M_PI_2, Vec3::UnitY()))}, 0, 4)), ErrorCode::kOk);
+  input->device[0].has_velocity = true;
+  input->device[0].v = {0.1, 0.2, 0};
+  input->device[0].w = {1, 2, 0};
+  at(input->device[0].p);
+  EXPECT_LT((output->device[0].velocity.v - Vec3(0, 0.8, -0.4)).norm(), 1e-12);
+  EXPECT_LT((output->device[0].velocity.w - Vec3(0, 2, -1)).norm(), 1e-12);
+}
+
 /** What its driver and its guard know is not scaled: how fast the hand may be, and what damping it can bear. */
 TEST_F(CycleMount, ALargeWorldIsNoFasterHand) {
   ASSERT_EQ(mount(mountAt({}, 0, 100)), ErrorCode::kOk);

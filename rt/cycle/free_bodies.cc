@@ -12,7 +12,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kSupport = 5e-4;        ///< What lies has something this near [m].
+constexpr double kSupport = 5e-4;        ///< What lies has something this near below it [m] ...
+constexpr double kUpward = 0.05;         ///< ... that faces its weight by this cosine or more.
 constexpr double kStirring = 1e-5;       ///< An obstacle that moves faster wakes what it touches [m/s].
 constexpr std::uint64_t kTagShift = 40;  ///< Keys of contacts are told apart by who found them.
 
@@ -68,8 +69,11 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
     return ErrorCode::kInvalidArgument;
   }
   Twist V_before;
-  if (entry != nullptr) {
+  Vec3 com_before = Vec3::Zero();
+  const bool was_body = entry != nullptr;
+  if (was_body) {
     V_before = entry->body.body.twist();
+    com_before = entry->body.body.com();
   } else {
     for (Entry& e : entry_) {  // those whose objects have gone since the last tick make room
       if (e.object == 0 || scene.find(e.object) == nullptr) {
@@ -88,6 +92,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
   }
   entry->body = FreeBody(mass, order.damping, order.falls != 0);
   entry->body.body.place(object->X_PO);
+  if (was_body) V_before = {hapticd::velocityAt(V_before, entry->body.body.com() - com_before), V_before.w};
   entry->body.body.setTwist(V_before);
   return ErrorCode::kOk;
 }
@@ -256,13 +261,14 @@ bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) cons
  */
 void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   Entry& entry = entry_[k];
-  bool lies = false;
+  bool lies = false;  // What is beside it or on it does not carry it: two would hold each other in the air.
+  const Vec3 weight = entry.body.weightOf(gravity_);
   double grip = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
     if (!meets(scene, k, i)) continue;
     const Touch touch = touchOf(scene, k, i);
-    lies = lies || touch.gap < kSupport;
+    lies = lies || (touch.gap < kSupport && -touch.n.dot(weight) > kUpward * weight.norm());
     if (touch.gap > kTouching) continue;
     grip = std::min(grip, touch.friction);
     if (touch.moving.norm() > kStirring) entry.body.wake();
@@ -272,7 +278,7 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
     if (entry_[other].body.asleep() && moves(entry)) entry_[other].body.wake();
     if (entry.body.asleep() && moves(entry_[other])) entry.body.wake();
   }
-  if (entry.body.asleep() && !lies && !entry.body.weightOf(gravity_).isZero(0)) entry.body.wake();
+  if (entry.body.asleep() && !lies && !weight.isZero(0)) entry.body.wake();
   if (entry.body.asleep() && grip < entry.grip) entry.body.wake();
   if (!entry.body.asleep()) entry.grip = grip;
 }

@@ -208,5 +208,46 @@ TEST(FreeBodies, APileFallsAsleepAndStays) {
   }
 }
 
+/** What lies on it holds no brick up, nor does what stands beside it. */
+TEST(FreeBodies, APileFallsWhenItsFloorGoes) {
+  for (const bool beside : {false, true}) {
+    House house;
+    gravity(house, 9.81);
+    const Vec3 half(0.03, 0.03, 0.02);
+    std::vector<std::uint32_t> pile;
+    for (int k = 0; k < 2; ++k) {
+      const std::uint32_t id = makeObjectId(10 + static_cast<std::uint32_t>(k), 1);
+      const Vec3 at = beside ? Vec3(0.3 + 0.0602 * k, 0, half.z()) : Vec3(0.3, 0, (2 * k + 1) * half.z());
+      house.send(CommandKind::kAddObject, object(id, ShapeKind::kBox, half, at));
+      SetBody order = body(id, 0.2);
+      const Mat3 inertia = MassProperties::ofBox(order.mass, 2 * half).inertia_O;
+      for (int i = 0; i < 3; ++i) order.inertia[i] = inertia(i, i);
+      house.send(CommandKind::kSetBody, order);
+      pile.push_back(id);
+    }
+    house.run(1500);
+    for (std::uint8_t k = 0; k < 2; ++k) ASSERT_TRUE(house.servo->cycle().bodies().body(k).asleep()) << beside;
+    house.send(CommandKind::kObjectFlags, hd_object_flags{kFloor, HD_OBJECT_ENABLED, 0, 0});
+    house.run(100);
+    for (const std::uint32_t id : pile) EXPECT_LT(seen(house, id).X_WO.p.z(), half.z()) << beside << " " << id;
+  }
+}
+
+/** A body that gets another shape flies on: its origin as fast as before. */
+TEST(FreeBodies, OneThatGetsAnotherCentreOfMassMovesOnAsItDid) {
+  House house;
+  addBall(house, kRolled, {0.1, 0, 0.3}, 0.2);
+  house.send(CommandKind::kObjectPose, hd_object_pose{kRolled, 0, {0.1, 0, 0.3}, {1}, {0.1F, 0, 0}, {0, 0, 5}});
+  house.run(2);
+  const auto velocity = [&] { return seen(house, kRolled).V_WO.v; };
+  const Vec3 before = velocity();
+  ASSERT_NEAR(before.x(), 0.1, 2e-3);
+  SetBody order = body(kRolled, 0.2);
+  order.com[1] = 0.01;
+  house.send(CommandKind::kSetBody, order);
+  house.run(3);
+  EXPECT_LT((velocity() - before).norm(), 5e-3) << "5 rad/s about a point 1 cm off are 5 cm/s";
+}
+
 }  // namespace
 }  // namespace hapticd

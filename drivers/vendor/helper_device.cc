@@ -22,6 +22,15 @@ Error refused(const char* call) {
   return {ErrorCode::kSystem, "vendor link", std::string(call) + ": " + std::strerror(errno), {}};
 }
 
+/** A library's `default` may be any that is plugged in: what was told of one, to the guard too, must be true of it. */
+bool isSame(const DeviceInfo& a, const DeviceInfo& b) {
+  const auto told = [](const DeviceInfo& i) {
+    return std::tuple(i.model, i.max_force, i.max_torque, i.max_gripper_force, i.max_stiffness, i.max_damping,
+                      i.left_hand, i.actuated_rotation, i.actuated_gripper);
+  };
+  return told(a) == told(b) && (a.serial.empty() || b.serial.empty() || a.serial == b.serial);
+}
+
 }  // namespace
 
 SharedLinkMapping::~SharedLinkMapping() {
@@ -118,7 +127,7 @@ void HelperDevice::safe() noexcept {
   if (SharedServoEnd* const end = live_.load()) end->safe();
 }
 
-Result<DeviceInfo> HelperDevice::startHelper() {
+Result<DeviceInfo> HelperDevice::startHelper(const DeviceInfo* same) {
   auto started = HelperProcess::start(options_);
   if (!started) return started.error();
   process_ = std::make_unique<HelperProcess>(std::move(*started));
@@ -128,6 +137,10 @@ Result<DeviceInfo> HelperDevice::startHelper() {
   for (int waited_ms = 0; sent && waited_ms < kOpen_ms && !stop_.load(); waited_ms += kLook_ms) {
     answer = receiveAnswer(process_->socket(), kLook_ms);
     if (answer || answer.error().code != ErrorCode::kTimeout) break;
+  }
+  if (answer && answer->opened && same != nullptr && !isSame(*same, answer->info)) {
+    process_.reset();  // Its limits are another's, and its client would push a stranger's hand.
+    return Error{ErrorCode::kDeviceBusy, info_.uri, "another device stands in its place", "plug in the one that was"};
   }
   if (answer && answer->opened) {
     pid_.store(process_->pid());
@@ -154,8 +167,9 @@ void HelperDevice::watch() noexcept {
     gone_.store(true, std::memory_order_release);
     pid_.store(0);
     process_.reset();
-    end_->lost();                    // Again with each attempt: the servo may not have heard yet that it is gone.
-    bool back = startHelper().ok();  // At once: what its library has left in the motors goes to zero by that.
+    end_->lost();  // Again with each attempt: the servo may not have heard yet that it is gone.
+    const bool back =
+        startHelper(&info_).ok();  // At once: what its library has left in the motors goes to zero by that.
     for (int waited_ms = 0; !back && waited_ms < kRetry_ms && !stop_.load(); waited_ms += kLook_ms) {
       (void)::poll(nullptr, 0, kLook_ms);
     }

@@ -71,7 +71,8 @@ class HelperDevice final : public Device, public SlowToOpen {
   [[nodiscard]] pid_t helper() const noexcept { return pid_.load(); }
 
  private:
-  [[nodiscard]] Result<DeviceInfo> startHelper();
+  /** What it has opened; with `same`, no other than that. */
+  [[nodiscard]] Result<DeviceInfo> startHelper(const DeviceInfo* same = nullptr);
   void watch() noexcept;
   /** False when close() asks for an end. */
   [[nodiscard]] bool waitUntilItEnds() noexcept;

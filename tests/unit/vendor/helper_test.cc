@@ -216,6 +216,26 @@ TEST_F(Helper, UnplugIsToldAndReplugFound) {
   }
 }
 
+/** Its figures, limits and lease are not those of whatever else is plugged in. */
+TEST_F(Helper, AnotherDoesNotTakeItsPlace) {
+  open();
+  pushing();
+  state_->unplugged = true;
+  EXPECT_TRUE(until(2, [&] { return (sample_.status & kDeviceGone) != 0; }));
+  state_->system_type = 60;
+  state_->unplugged = false;
+  int heard = 0, looks = 0;
+  EXPECT_TRUE(until(0, [&] {
+    heard += sample_.fresh ? 1 : 0;
+    return ++looks > 3 * HelperDevice::kRetry_ms;
+  }));
+  EXPECT_EQ(heard, 0);
+  EXPECT_NE(sample_.status & kDeviceGone, 0u);
+  EXPECT_EQ(pushed(), 0);
+  state_->system_type = 33;
+  EXPECT_TRUE(until(0, [&] { return sample_.fresh && sample_.status == kDeviceOk; }));
+}
+
 TEST_F(Helper, OneThatIsUnpluggedAndDoesNotComeBackIsOff) {
   for (const char* scheme : {"dhd", "openhaptics"}) {
     open(scheme);

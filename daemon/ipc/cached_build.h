@@ -14,7 +14,7 @@ namespace hapticd {
  * Part of each cached volume's name: raise it with every change of what the builder makes of the same upload (builder/,
  * builder/volume/), a mended fault too. What was built before is then built anew, and goes as longest unused.
  */
-inline constexpr std::uint32_t kBuilderVersion = 4;
+inline constexpr std::uint32_t kBuilderVersion = 5;
 
 /**
  * How the OpenVDB file beside a cached volume is named, instead of .hvol. The number is the version of what is written

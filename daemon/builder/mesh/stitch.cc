@@ -200,7 +200,7 @@ double roundingAt(const Float3& p) {
 }
 
 /** Ends of open edges that rounding cannot tell apart become one: cut at both, each side would have its own order. */
-void joinEnds(Mesh& mesh, std::int64_t& work) {
+void joinEnds(Mesh& mesh, std::int64_t& work, BuildMonitor& monitor) {
   std::vector<std::uint32_t> ends;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t e = 0; e < 3; ++e) {
@@ -230,6 +230,7 @@ void joinEnds(Mesh& mesh, std::int64_t& work) {
     for (std::uint32_t& v : t) v = becomes[v];
   for (std::uint32_t& v : mesh.source_vertex) v = becomes[v];
   dropEmpty(mesh);
+  dropDuplicates(mesh, monitor);  // Two that are one now would be a solid without an inside.
   BuildMonitor again;
   connect(mesh, again);
 }
@@ -314,7 +315,7 @@ void cutAll(Mesh& mesh, std::vector<Crossed>& crossed, double weld_m, double on_
 void stitch(Mesh& mesh, double weld_m, BuildMonitor& monitor, std::int64_t work) {
   Tally tally;
   bool gave_up = false;
-  joinEnds(mesh, work);
+  joinEnds(mesh, work, monitor);
   for (const double on_edge : kOnEdge) {
     Stitcher stitcher(mesh, weld_m, on_edge, work);
     cutAll(mesh, stitcher.crossed(), weld_m, on_edge, tally);

@@ -3,10 +3,12 @@
 #include <poll.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -427,7 +429,27 @@ TEST(Sandbox, OpensNoFileStartsNoProcess) {
   EXPECT_TRUE(killed(statusInSandbox([] { return ::socket(AF_INET, SOCK_STREAM, 0); })));
   EXPECT_TRUE(killed(statusInSandbox([] { return static_cast<int>(::fork()); })));
   EXPECT_TRUE(killed(statusInSandbox([] { return ::execl("/bin/true", "true", nullptr); })));
-  EXPECT_TRUE(killed(statusInSandbox([] { return ::kill(::getppid(), 0); })));
+  EXPECT_TRUE(killed(statusInSandbox([] { return ::getppid(); })));
+}
+
+/** Whoever takes it over is still of the daemon's user. */
+TEST(Sandbox, ReachesNoOtherProcess) {
+  if (!sandboxIsComplete()) GTEST_SKIP() << "no filter under sanitizers";
+  const auto endedBy = [](int status) { return WIFSIGNALED(status) ? WTERMSIG(status) : 0; };
+  const pid_t parent = ::getpid();
+  EXPECT_EQ(endedBy(statusInSandbox([&] { return ::kill(parent, 0); })), SIGSYS);
+  const auto signals = [](pid_t process) { return static_cast<int>(::syscall(SYS_tgkill, process, process, 0)); };
+  EXPECT_EQ(endedBy(statusInSandbox([&] { return signals(parent); })), SIGSYS);
+  EXPECT_EQ(statusInSandbox([&] { return signals(::getpid()); }), 0);
+  rlimit limit{};
+  const auto reads = [&](pid_t process) { return ::prlimit(process, RLIMIT_NOFILE, nullptr, &limit); };
+  EXPECT_EQ(endedBy(statusInSandbox([&] { return reads(parent); })), SIGSYS);
+  EXPECT_EQ(statusInSandbox([&] { return reads(0); }), 0);
+  const auto sets = [&](pid_t process) { return ::prlimit(process, RLIMIT_CORE, &limit, nullptr); };
+  for (const pid_t process : {0, parent}) {
+    EXPECT_EQ(endedBy(statusInSandbox([&] { return sets(process); })), SIGSYS) << process;
+  }
+  EXPECT_EQ(endedBy(statusInSandbox([]() -> int { std::abort(); })), SIGABRT) << "its own end is told as what it is";
 }
 
 }  // namespace

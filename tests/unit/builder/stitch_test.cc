@@ -232,6 +232,20 @@ TEST(Stitch, AVertexOnTwoEdgesOfANeedleCutsBoth) {
   EXPECT_NEAR(signedVolume(built.memory.view), 1.0 / 6, 1e-6);
 }
 
+/** Its two sides would be those of a solid that has no inside. */
+TEST(Stitch, ATriangleThatIsThereTwiceButForRoundingStaysOpen) {
+  UploadMesh mesh = cube();
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const float x : {5.1F, std::nextafter(5.1F, 6.0F)}) {
+    mesh.vertices.insert(mesh.vertices.end(), {{x, 0, 0}, {x, 1.1F, 0}, {x, 0, 1.3F}});
+  }
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first + 3, first + 4, first + 5});
+  const Built built = build(mesh);
+  EXPECT_EQ(built.stats.flags & HD_MESH_CLOSED, 0u);
+  EXPECT_EQ(built.stats.triangles, 13u);
+}
+
 TEST(Stitch, ATriangleWithoutAreaLeavesNoCrack) {
   UploadMesh mesh = cube();
   // Triangle 0 is cut in the middle of its longest edge, and what is between the halves and the neighbour has no area.

@@ -38,8 +38,11 @@ Vec3 fieldOf(const EffectParameters& effect, std::int64_t now_ns) HD_RT {
   }
 }
 
-/** A solid that can be touched holds the hand itself. */
+/** A solid that can be touched holds the hand itself; a sheet has no inside. */
 bool holdsInside(const SceneObject& object) HD_RT {
+  const Shape& shape = object.shape;
+  if (shape.kind == ShapeKind::kMesh && (shape.mesh == nullptr || (shape.mesh->flags & HD_MESH_CLOSED) == 0))
+    return false;
   return (object.flags & HD_OBJECT_ENABLED) != 0 && (object.flags & HD_OBJECT_TWO_SIDED) == 0;
 }
 

@@ -184,6 +184,15 @@ TEST(ObjectEffects, AGuideDrawsToAMesh) {
   expectForce(t.settled({0.02, 0, 0}), Vec3::Zero());
 }
 
+/** Beside its border nothing would hold the hand that is behind its plane, and a way around it would give energy. */
+TEST(ObjectEffects, AGuideDrawsToASheetFromBothSides) {
+  EffectScene t;
+  test::TestMesh sheet = test::heightMesh(0.02, 4, [](double, double) { return 0.0; });
+  const auto id = t.addMesh(sheet.view());
+  t.set(id, effect(EffectKind::kGuide, 1, 200));
+  for (const double z : {1e-6, -1e-6}) EXPECT_NEAR(t.settled({0.03, 0, z}).x(), -1, 1e-3) << z;
+}
+
 /** Where nothing is near enough for the tree to leave much out: in the middle of a ball. */
 TEST(ObjectEffects, AGuideDrawsToAMeshTooLargeToSearchWhole) {
   EffectScene t;

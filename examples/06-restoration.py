@@ -26,6 +26,11 @@ def painting(cracked: bool) -> np.ndarray:
     return grey.clip(0, 1)
 
 
+def own(session: haptic.Session, samples: np.ndarray) -> np.ndarray:
+    """Those of its device: drain() gives others of the group too."""
+    return samples[samples["device"] == session.describe().device_index]
+
+
 def stroke(session: haptic.Session, seconds: float) -> tuple[float, float]:
     """To and fro over the painting: standard deviation of the relief's force, mean of the whole, as asked for [N]."""
     begin, samples = time.monotonic(), []
@@ -33,7 +38,7 @@ def stroke(session: haptic.Session, seconds: float) -> tuple[float, float]:
         session.push_intent((0.02 * math.sin(4 * t), 0, -0.003), latest=True)  # of a simulated hand
         samples.append(session.drain())
         time.sleep(0.005)
-    history = np.concatenate(samples)
+    history = own(session, np.concatenate(samples))
     history = history[history["flags"] & haptic.SampleFlag.CONTACT != 0]
     force = history["by_source"]
     return force[:, haptic.Source.TEXTURE, 0].std(), np.linalg.norm(force[:, haptic.Source.SURFACE], axis=1).mean()

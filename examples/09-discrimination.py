@@ -87,6 +87,11 @@ def press(session: haptic.Session, wall: int, stiffness: float) -> Press:
     return touch
 
 
+def own(session: haptic.Session, samples: np.ndarray) -> np.ndarray:
+    """Those of its device: drain() gives others of the group too."""
+    return samples[samples["device"] == session.describe().device_index]
+
+
 def press_once(session: haptic.Session, wall: int, stiffness: float) -> Press:
     """The wall becomes as hard as that while nobody touches it, and is pressed once."""
     session.push_object_material(wall, haptic.Material(stiffness, 0, 0, 0))
@@ -97,14 +102,15 @@ def press_once(session: haptic.Session, wall: int, stiffness: float) -> Press:
         down = len(kept) < 15
         session.push_intent((0, 0, TOP + (-0.008 if down else 0.01)), latest=True)  # of a simulated hand
         time.sleep(0.01)
-        samples = session.drain()
+        samples = own(session, session.drain())
         if not session.latest()["flags"] & haptic.SampleFlag.ARMED:
             sys.exit("forces are off (hapticctl status says why). Once they may be on again, --resume goes on from here")
         touching = samples[samples["contact_object"] == wall]
         kept += [touching] if len(touching) else []
         free_s = 0.0 if len(touching) else free_s + 0.01
     touched = np.concatenate(kept)
-    depth, force = touched["depth_m"].astype(float), touched["force"][:, 2]
+    depth = touched["depth_m"].astype(float)
+    force = touched["force"][:, 2] - touched["by_source"][:, haptic.Source.GRAVITY, 2]  # What carries the arm is no wall.
     limited = bool((touched["flags"] & (haptic.SampleFlag.LIMITED | haptic.SampleFlag.SATURATED)).any())
     return Press(float(force @ depth / (depth @ depth)), float(force.max()), limited,
                  int(touched["missed"].max() - missed))

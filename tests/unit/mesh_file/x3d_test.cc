@@ -118,6 +118,35 @@ TEST_F(X3dTest, StandsWhereItsGroupsPutIt) {
   EXPECT_NEAR(read(kTetrahedron, inch).upper[2], 5 * 0.0254, 1e-7) << "in metres";
 }
 
+TEST_F(X3dTest, AnglesHaveTheirUnitToo) {
+  const std::string degrees =
+      "<head><unit category='angle' name='degree' conversionFactor='0.017453292519943295'/></head>";
+  const MeshFile mesh = read("<Transform rotation='0 0 1 90'>" + kTetrahedron + "</Transform>", degrees);
+  EXPECT_NEAR(mesh.lower[0], -3, 1e-5);
+  EXPECT_NEAR(mesh.upper[1], 2, 1e-5);
+}
+
+/** Each file has its own units, and what names it has given its own already. */
+TEST_F(X3dTest, AFileThatAnotherNamesIsAsLargeAsByItself) {
+  const std::string mm = "<head><unit category='length' name='mm' conversionFactor='0.001'/></head>";
+  (void)file("mm.x3d", x3d(kTetrahedron, mm));
+  (void)file("m.x3d", x3d(kTetrahedron));
+  EXPECT_NEAR(read("<Inline url='mm.x3d'/>", mm).upper[2], 0.005, 1e-7);
+  EXPECT_NEAR(read("<Inline url='mm.x3d'/>").upper[2], 0.005, 1e-7);
+  EXPECT_NEAR(read("<Inline url='m.x3d'/>", mm).upper[2], 5, 1e-5) << "without a unit it is in metres";
+  EXPECT_NEAR(read("<Inline url='mm.x3d'/>" + kTetrahedron, mm).upper[2], 0.005, 1e-7) << "and then as before";
+}
+
+/** What no viewer shows is not felt. */
+TEST_F(X3dTest, WhatIsNotVisibleIsNotThere) {
+  const std::string box = "<Shape><Box size='1 1 1'/></Shape>", hidden = "<Shape visible='false'><Box/></Shape>";
+  EXPECT_NEAR(volumeOf(read(box + hidden)), 1, 1e-6);
+  EXPECT_NEAR(volumeOf(read(box + "<Transform visible='false'><Group>" + box + "</Group></Transform>")), 1, 1e-6);
+  EXPECT_NEAR(volumeOf(read("<CADLayer visible='true false'>" + box + "<Shape><Box/></Shape>" + box + "</CADLayer>")),
+              2, 1e-6);
+  EXPECT_NEAR(volumeOf(read("<Group visible='false'><Shape DEF='S'><Box/></Shape></Group><Shape USE='S'/>")), 8, 1e-6);
+}
+
 TEST_F(X3dTest, WhatIsUsedAgainIsThereAgain) {
   const MeshFile mesh = read("<Shape DEF='S'><IndexedFaceSet DEF='G' coordIndex='" + kFaces + "'>" + kCoordinate +
                              "</IndexedFaceSet></Shape><Transform translation='10 0 0'><Shape USE='S'/></Transform>"

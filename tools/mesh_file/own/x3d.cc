@@ -91,23 +91,24 @@ Eigen::Vector3d vectorOf(const Node& node, const char* field, double without) {
   const auto v = valueOf<3>(node, field, {without, without, without});
   return {v[0], v[1], v[2]};
 }
-Eigen::Quaterniond turnOf(const Node& node, const char* field) {
+/** `angle_rad` is the file's unit. */
+Eigen::Quaterniond turnOf(const Node& node, const char* field, double angle_rad) {
   const auto v = valueOf<4>(node, field, {0, 0, 1, 0});
   const Eigen::Vector3d axis(v[0], v[1], v[2]);
   if (!(axis.norm() > 0)) return Eigen::Quaterniond::Identity();
-  return Eigen::Quaterniond(Eigen::AngleAxisd(v[3], axis.normalized()));
+  return Eigen::Quaterniond(Eigen::AngleAxisd(v[3] * angle_rad, axis.normalized()));
 }
 
 /** From a group's frame to its parent's. */
-Eigen::Affine3d placeOf(const Node& node) {
+Eigen::Affine3d placeOf(const Node& node, double angle_rad) {
   const std::string_view name = node.name();
   Eigen::Affine3d out = Eigen::Affine3d::Identity();
   if (name == "DynamicTransform") {  // H3D's, at first.
-    out.translate(vectorOf(node, "position", 0)).rotate(turnOf(node, "orientation"));
+    out.translate(vectorOf(node, "position", 0)).rotate(turnOf(node, "orientation", angle_rad));
   } else if (name == "Transform" || name == "CADPart") {
     const Eigen::Vector3d centre = vectorOf(node, "center", 0);
-    const Eigen::Quaterniond along = turnOf(node, "scaleOrientation");
-    out.translate(vectorOf(node, "translation", 0)).translate(centre).rotate(turnOf(node, "rotation"));
+    const Eigen::Quaterniond along = turnOf(node, "scaleOrientation", angle_rad);
+    out.translate(vectorOf(node, "translation", 0)).translate(centre).rotate(turnOf(node, "rotation", angle_rad));
     out.rotate(along).scale(vectorOf(node, "scale", 1)).rotate(along.conjugate()).translate(-centre);
   }
   return out;
@@ -214,19 +215,33 @@ class Scene {
     const Node root = documents_.back().child("X3D");
     if (!root) refuse("is no X3D");
     std::map<std::string, Node> outer;
-    outer.swap(names_);  // Each file has its own.
+    outer.swap(names_);                // Each file has its own.
+    const Units outer_units = units_;  // `place` has them already.
+    units_ = unitsOf(root);
     Eigen::Affine3d scaled = place;
-    for (const Node unit : root.child("head").children("unit")) {
-      if (std::string_view(unit.attribute("category").value()) == "length")
-        scaled.scale(valueOf(unit, "conversionFactor", 1.0));
-    }
+    scaled.scale(units_.length_m / outer_units.length_m);
     group(root, scaled, depth);
+    units_ = outer_units;
     names_.swap(outer);
   }
 
   std::vector<Polygons> shapes;
 
  private:
+  /** Of one file; of another that names none, metres and radians. */
+  struct Units {
+    double length_m = 1, angle_rad = 1;
+  };
+  static Units unitsOf(const Node& root) {
+    Units out;
+    for (const Node unit : root.child("head").children("unit")) {
+      const std::string_view category = unit.attribute("category").value();
+      if (category == "length") out.length_m = sizeOf(unit, "conversionFactor", 1.0);
+      if (category == "angle") out.angle_rad = sizeOf(unit, "conversionFactor", 1.0);
+    }
+    return out;
+  }
+
   static constexpr int kDeepest = 256;
   static constexpr std::size_t kMostNodes = 10'000'000, kMostFiles = 1000;
 
@@ -248,16 +263,19 @@ class Scene {
     if (depth > kDeepest) refuseDepth();
     if (++nodes_ > kMostNodes) refuse(fmt::format("shows more than {} nodes", kMostNodes));
     const std::string_view name = node.name();
-    const Eigen::Affine3d place = parent * placeOf(node);
+    const Eigen::Affine3d place = parent * placeOf(node, units_.angle_rad);
     if (name == "Inline" && flagOf(node, "load", true)) inlined(node, place, depth);
     const double chosen = name == "Switch" ? valueOf(node, "whichChoice", -1.0) : name == "LOD" ? 0 : -1;
     const bool all = name != "Switch" && name != "LOD";
+    std::istringstream visible(name == "CADLayer" ? node.attribute("visible").value() : "");  // A word a child.
     int at = 0;
     for (const Node child : node.children()) {
       if (child.type() != pugi::node_element || isMetadata(child)) continue;
       if (std::string_view(child.attribute("containerField").value()) == "proxy")
         continue;  // Of a Collision: not seen.
-      this->child(child, place, depth, all || at++ == chosen);
+      std::string word;
+      const bool seen = !(visible >> word) || lower(word) == "true";
+      this->child(child, place, depth, (all || at++ == chosen) && seen);
     }
   }
 
@@ -265,6 +283,7 @@ class Scene {
     const Node node = resolved(child);
     const std::string_view name = node.name();
     if (isOne(kApart, name)) return;
+    shown = shown && (name == "CADLayer" || flagOf(node, "visible", true));
     if (name == "ProtoInstance" && shown) refuseKind("shows a prototype, which is not read");
     if (!shown) return noteNames(node, depth);
     if (name == "Shape") return shape(node, place, depth);
@@ -365,6 +384,7 @@ class Scene {
 
   const std::function<std::string(const std::string&)>& inlined_;
   std::deque<pugi::xml_document> documents_;  ///< Nodes that have names live in them.
+  Units units_;
   std::map<std::string, Node> names_;
   std::filesystem::path folder_;  ///< Of the file that is read, from that of the first; as a URI.
   std::size_t nodes_ = 0;

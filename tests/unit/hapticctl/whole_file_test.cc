@@ -48,6 +48,19 @@ TEST_F(WholeFileTest, ReplacesWhenAllOfItIsThere) {
   }
 }
 
+TEST_F(WholeFileTest, WhatIsInItsPlaceHasLeftItsOtherNameToOthers) {
+  for (const bool replace : {false, true}) {
+    const std::string path = path_ + (replace ? "r" : "n");
+    {
+      WholeFile first(path, replace);
+      ASSERT_EQ(first.write("all", 3), 0);
+      ASSERT_EQ(first.keep(), 0);
+      std::ofstream(path + ".0.part") << "of another command";
+    }
+    EXPECT_TRUE(std::filesystem::exists(path + ".0.part"));
+  }
+}
+
 TEST_F(WholeFileTest, WhatIsNotKeptLeavesNothingAndTakesNothing) {
   {
     WholeFile file(path_, false);

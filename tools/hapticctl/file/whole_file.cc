@@ -68,7 +68,11 @@ int WholeFile::keep() {
   if (::fsync(fd_) != 0) return errno;
   int failed = replace_ ? ::rename(part_.c_str(), path_.c_str())
                         : ::renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE);
-  if (failed != 0 && errno == EINVAL) failed = ::link(part_.c_str(), path_.c_str());  // Not every file system can.
+  if (failed == 0) {
+    part_.clear();  // That name may be another command's by now.
+    return 0;
+  }
+  if (errno == EINVAL) failed = ::link(part_.c_str(), path_.c_str());  // Not every file system can.
   return failed != 0 ? errno : 0;
 }
 

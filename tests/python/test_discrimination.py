@@ -116,9 +116,31 @@ class Resumed(unittest.TestCase):
 
 
 class Pressed(unittest.TestCase):
+    SAMPLE = [("device", "u4"), ("contact_object", "u8"), ("flags", "u4"), ("missed", "u8"), ("depth_m", "f4"),
+              ("force", "f8", 3), ("by_source", "f8", (len(experiment.haptic.Source), 3))]
+
+    def test_counts_its_own_device_and_not_what_carries_the_arm(self):
+        armed, drained = experiment.haptic.SampleFlag.ARMED, 0
+
+        def drain():
+            nonlocal drained
+            drained += 1
+            both = np.zeros(2, self.SAMPLE)  # The other one stays at the wall, and has no force.
+            both["device"], both["flags"], both["contact_object"], both["depth_m"] = [0, 1], armed, 1, 0.01
+            both["force"][1, 2], both["by_source"][1, experiment.haptic.Source.GRAVITY, 2] = 5, 1
+            return both if drained <= 15 else both[:1]
+
+        session = unittest.mock.MagicMock()
+        session.drain.side_effect = drain
+        session.describe.return_value.device_index = 1
+        session.latest.return_value = {"missed": 0, "flags": armed}
+        touch = experiment.press_once(session, 1, 400)
+        self.assertAlmostEqual(touch.stiffness, 400, places=3)
+        self.assertAlmostEqual(touch.force, 4, places=6)
+
     def test_ends_where_forces_are_off(self):
         # Trials without a force were written as if there had been one.
-        session, nothing = unittest.mock.MagicMock(), np.zeros(0, [("contact_object", "u8")])
+        session, nothing = unittest.mock.MagicMock(), np.zeros(0, self.SAMPLE)
         session.drain.side_effect = [nothing] * 9
         session.latest.return_value = {"missed": 0, "flags": experiment.haptic.SampleFlag.FAULT}
         with self.assertRaisesRegex(SystemExit, "forces are off"):

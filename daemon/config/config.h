@@ -23,10 +23,10 @@ struct LimitsConfig {
   struct Range {
     double least, most;
   };
-  static constexpr Range kForce{0, 200}, kTorque{0, 50}, kGripperForce{0, 200};
+  static constexpr Range kForce{0, 200}, kTorque{0, 50}, kGripperForce{0, 200};  ///< [N], [N m], [N]
   /** A force that may hardly fall stays with the hand, whatever it has come from. */
-  static constexpr Range kForceSlew{1, 1e6}, kTorqueSlew{0.1, 1e6};
-  static constexpr Range kVelocity{0.01, 50}, kPower{0, 1000};
+  static constexpr Range kForceSlew{1, 1e6}, kTorqueSlew{0.1, 1e6};  ///< [N/s], [N m/s]
+  static constexpr Range kVelocity{0.01, 50}, kPower{0, 1000};       ///< [m/s], [W]
 
   double force_n = 10.0;
   double torque_nm = 0.5;

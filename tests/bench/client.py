@@ -28,7 +28,7 @@ def judged(height, disarms=False):
         if disarms:
             time.sleep(2.5)
             session.disarm()
-        out, said = bench.communicate(timeout=60)
+        out, said = bench.communicate(timeout=300)
     rows = csv.DictReader(line for line in out.splitlines() if line[:1] != "#")
     return bench.returncode, {row["quantity"]: float(row["value"]) for row in rows}, said
 

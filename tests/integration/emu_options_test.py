@@ -9,7 +9,7 @@ DEVICES = ("falcon", "woodyhid", "spacemouse", "hidpid")
 
 class Options(unittest.TestCase):
     def refusal(self, *arguments):
-        done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=20, check=False)
+        done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 2, (arguments, done.stdout, done.stderr))
         self.assertEqual(done.stdout, "", "nothing is played")
         return done.stderr

@@ -81,9 +81,9 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  /** Exit code; -1 after ten seconds, -signal when killed. */
+  /** Exit code; -1 after a minute, -signal when killed. */
   int wait() {
-    for (int i = 0; i < 1000 && pid_ > 0; ++i) {
+    for (int i = 0; i < 6000 && pid_ > 0; ++i) {
       int status = 0;
       if (waitpid(pid_, &status, WNOHANG) == pid_) {
         pid_ = -1;

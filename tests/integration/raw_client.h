@@ -34,7 +34,7 @@ class Loop {
   void pause(int ms) { io.provider->getTimer().afterDelay(ms * kj::MILLISECONDS).wait(io.waitScope); }
   /** Until `done()`, at most `seconds`. */
   template <class Done>
-  bool until(Done done, int seconds = 5) {
+  bool until(Done done, int seconds = 60) {
     for (int i = 0; i < seconds * 200; ++i) {
       if (done()) return true;
       pause(5);

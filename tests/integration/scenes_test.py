@@ -43,7 +43,7 @@ class Scenes(unittest.TestCase):
             for kind, block in blocks:
                 program = ["sh", "-e", "-c"] if kind == "sh" else ["/usr/bin/python3", "-c"]
                 done = subprocess.run([*program, block], cwd=folder, env=environment, capture_output=True, text=True,
-                                      stdin=subprocess.DEVNULL, timeout=60, check=False)
+                                      stdin=subprocess.DEVNULL, timeout=300, check=False)
                 self.assertEqual((done.returncode, done.stderr), (0, ""), block)
         self.assertRegex(done.stdout, "^the door stands open by -?[1-9]", "it is pushed")
 

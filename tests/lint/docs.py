@@ -112,7 +112,7 @@ def refused(words, build, folder):
     hands_on = words[1] == "import"  # What it does not know is hapticctl load's; it ends before, for want of a file.
     environment = dict(os.environ, HAPTICD_SOCKET=str(folder / "none"))
     done = subprocess.run(given + ([] if hands_on else [UNKNOWN]), cwd=folder, env=environment, capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL, timeout=20, check=False)
+                          stdin=subprocess.DEVNULL, timeout=300, check=False)
     said = done.stderr.strip().split("\n")[0]
     if hands_on:
         return None if done.returncode == 5 else said

@@ -118,7 +118,7 @@ class ShortDaemon {
   }
   template <class Condition>
   bool until(Condition&& condition) {
-    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     while (!condition()) {
       if (std::chrono::steady_clock::now() > give_up) return false;
       step();

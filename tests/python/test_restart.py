@@ -116,7 +116,7 @@ class Restart(OwnDaemonCase):
             reader.start()
             self.assertTrue(eventually(lambda: len(heard) > 0))
             self.kill()
-            reader.join(20)
+            reader.join(60)
             self.assertFalse(reader.is_alive(), "the loop ends with the daemon")
             self.assertEqual([event.name for event in heard], ["armed"])
             self.daemon.start()

@@ -4,7 +4,7 @@ import time
 import hapticclient as haptic
 
 
-def eventually(condition, seconds=10.0):
+def eventually(condition, seconds=60.0):
     """Whether it comes true in that time. What is not made yet is asked for again."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:

@@ -118,7 +118,7 @@ def main():
                 faults.append(f"{need} bytes do not fit LimitMEMLOCK={memlock}")
         finally:
             daemon.send_signal(signal.SIGTERM)
-            daemon.wait(10)
+            daemon.wait(60)
             log.close()
     for fault in faults:
         print(fault)

@@ -374,7 +374,8 @@ TEST_F(ClientIntegration, AnUploadIsCancelledWhileItBuilds) {
   int reports = 0;
   const auto report = client.scene().upload(vertices, triangles, 0, [&](float, const char*) { return ++reports < 2; });
   EXPECT_EQ(report.code(), HAPTIC_CANCELLED);
-  EXPECT_TRUE(client.scene().upload(vertices, triangles)) << "the builder serves on";
+  const std::uint32_t first[] = {0, kSide + 1, 1};
+  EXPECT_TRUE(client.scene().upload(vertices, first)) << "the builder serves on";
 }
 
 TEST_F(ClientIntegration, AnObjectMayOutliveItsClient) {

@@ -54,7 +54,7 @@ def ball(rings):
     return "\n".join(lines + ["endsolid ball", ""])
 
 
-def eventually(holds, seconds=10):
+def eventually(holds, seconds=60):
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
@@ -78,7 +78,7 @@ class Case(unittest.TestCase):
 
     def run_ctl(self, *arguments, exit_code=0, **options):
         environment = {**os.environ, **SILENT, "HAPTICD_SOCKET": str(self.socket)}
-        done = subprocess.run([HAPTICCTL, *map(str, arguments)], capture_output=True, text=True, env=environment, timeout=60,
+        done = subprocess.run([HAPTICCTL, *map(str, arguments)], capture_output=True, text=True, env=environment, timeout=300,
                               stdin=subprocess.DEVNULL, check=False, **options)
         self.assertEqual(done.returncode, exit_code, f"{arguments}\n{done.stdout}\n{done.stderr}")
         self.assertNotIn("\x1b", done.stdout + done.stderr, "no colours in a pipe")

@@ -31,7 +31,7 @@ class Record(unittest.TestCase):
 
     def ctl(self, *arguments, check=True):
         return subprocess.run([HAPTICCTL, "--socket", self.socket, *map(str, arguments)], capture_output=True, text=True,
-                              timeout=60, stdin=subprocess.DEVNULL, check=check)
+                              timeout=300, stdin=subprocess.DEVNULL, check=check)
 
     def start(self, *arguments, by=()):
         """hapticctl record, from when it records."""
@@ -42,7 +42,7 @@ class Record(unittest.TestCase):
 
     def replay(self, *arguments, exit_code=0):
         done = subprocess.run([BENCH, "replay", self.file, *map(str, arguments)], capture_output=True, text=True,
-                              timeout=60, check=False)
+                              timeout=300, check=False)
         self.assertEqual(done.returncode, exit_code, done.stdout + done.stderr)
         return done.stdout + done.stderr
 
@@ -57,14 +57,14 @@ class Record(unittest.TestCase):
             resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
         done = subprocess.run([HAPTICCTL, "--socket", self.socket, "record", self.file, "--for", "20"], capture_output=True,
-                              text=True, timeout=60, preexec_fn=small, check=False)
+                              text=True, timeout=300, preexec_fn=small, check=False)
         self.assertEqual(done.returncode, 5, done)
         self.assertIn(f"{self.file}: File too large\n  raise the limit of a file's size (ulimit -f)", done.stderr)
         self.assertIn("holds what came until then", done.stderr)
         self.assertLessEqual(self.file.stat().st_size, 20_000)
         self.assertIn("cut off", self.replay())
         done = subprocess.run([HAPTICCTL, "--json", "--socket", self.socket, "record", self.file, "--for", "20", "--replace"],
-                              capture_output=True, text=True, timeout=60, preexec_fn=small, check=False)
+                              capture_output=True, text=True, timeout=300, preexec_fn=small, check=False)
         self.assertEqual(done.returncode, 5, done)
         self.assertIn("holds what came until then", json.loads(done.stderr)["error"]["remedy"], "one line of JSON")
         self.ctl("status")
@@ -75,12 +75,12 @@ class Record(unittest.TestCase):
         with open(log, "ab") as full:
             daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", self.socket], stdout=full, stderr=full,
                                       preexec_fn=small)
-        end = time.monotonic() + 20
+        end = time.monotonic() + 60
         while daemon.poll() is None and self.ctl("status", check=False).returncode != 0:
             self.assertLess(time.monotonic(), end)
             time.sleep(0.05)
         daemon.terminate()
-        self.assertEqual(daemon.wait(10), 0)
+        self.assertEqual(daemon.wait(60), 0)
 
     def test_closed_streams_are_given_to_no_other_file(self):
         """Else the log goes into what is opened first, a device perhaps."""
@@ -88,7 +88,7 @@ class Record(unittest.TestCase):
         command = [HAPTICD, "--allow-no-rt", "--socket", socket, "--device", "sim://default"]
         with subprocess.Popen(["sh", "-c", 'exec "$@" <&- >&- 2>&-', "sh", *command]) as daemon:
             try:
-                end = time.monotonic() + 10
+                end = time.monotonic() + 60
                 while not socket.exists() and time.monotonic() < end:
                     time.sleep(0.05)
                 self.assertEqual([os.readlink(f"/proc/{daemon.pid}/fd/{n}") for n in range(3)], 3 * ["/dev/null"])
@@ -99,7 +99,7 @@ class Record(unittest.TestCase):
         recording = self.start()
         self.ctl("arm", "--for", "1.5")
         recording.send_signal(signal.SIGINT)
-        out, _ = recording.communicate(timeout=60)
+        out, _ = recording.communicate(timeout=300)
         self.assertEqual(recording.returncode, 0, out)
         self.assertIn("stopped", out)
         told = self.replay("--verify")
@@ -128,9 +128,9 @@ class Record(unittest.TestCase):
         with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm", "--for", "1.2"], stdout=subprocess.DEVNULL) as arm:
             time.sleep(0.4)
             self.ctl("add", "sphere", "--name", "late", "--size", "0.001", "--at", "0.1,0,0")
-            arm.wait(30)
+            arm.wait(60)
         recording.send_signal(signal.SIGINT)
-        recording.communicate(timeout=60)
+        recording.communicate(timeout=300)
         run = [BENCH, "run", "-a", "ours", "-t", self.file, "--rounds", "1", "--stiffness", "500", "-m"]
         samples = self.directory / "samples.csv"
         done = subprocess.run([*run, self.file, "--samples", samples], capture_output=True, text=True, check=True)
@@ -160,9 +160,9 @@ class Record(unittest.TestCase):
         with subprocess.Popen([HAPTICCTL, "--socket", self.socket, "arm", "--for", "1.2"], stdout=subprocess.DEVNULL) as arm:
             time.sleep(0.4)
             self.ctl("set", "/objects/roof/pos?value=0,0,0.004")
-            arm.wait(30)
+            arm.wait(60)
         recording.send_signal(signal.SIGINT)
-        recording.communicate(timeout=60)
+        recording.communicate(timeout=300)
         refused = subprocess.run([*run, self.file], capture_output=True, text=True, check=False)
         self.assertEqual(refused.returncode, 1)
         self.assertRegex(refused.stderr, rf"object {number} moves or goes at tick \d+ \(a recording in which it stands still")
@@ -174,12 +174,12 @@ class Record(unittest.TestCase):
             size = self.file.stat().st_size
             self.assertTrue(eventually(lambda size=size: self.file.stat().st_size > size), "it goes on")
         recording.send_signal(signal.SIGTERM)
-        recording.communicate(timeout=60)
+        recording.communicate(timeout=300)
         self.assertEqual(recording.returncode, 0)
         # Without nohup it ends in good order.
         recording = self.start("--replace")
         recording.send_signal(signal.SIGHUP)
-        out, _ = recording.communicate(timeout=60)
+        out, _ = recording.communicate(timeout=300)
         self.assertEqual(recording.returncode, 0)
         self.assertIn("stopped", out)
 
@@ -210,7 +210,7 @@ class Record(unittest.TestCase):
         self.ctl("record", self.file, "--for", "0.3", "--replace", check=False)
         self.assertEqual(self.file.read_bytes(), b"an older recording", "a refusal replaces nothing")
         arm.send_signal(signal.SIGINT)
-        arm.communicate(timeout=60)
+        arm.communicate(timeout=300)
 
     def test_killed_at_any_instant_it_loses_a_second_at_most(self):
         lost = []
@@ -220,7 +220,7 @@ class Record(unittest.TestCase):
             time.sleep(random.uniform(1.2, 2.2))
             recording.kill()
             elapsed = time.monotonic() - began
-            recording.communicate(timeout=60)
+            recording.communicate(timeout=300)
             self.assertIn("bit for bit", self.replay("--verify"))
             self.assertIn("cut off", self.replay())
             lost.append(elapsed - float(self.rows()[-1]["t"]))
@@ -232,7 +232,7 @@ class Record(unittest.TestCase):
         time.sleep(random.uniform(1.2, 2.2))
         self.daemon.kill()
         elapsed = time.monotonic() - began
-        _, errors = recording.communicate(timeout=60)
+        _, errors = recording.communicate(timeout=300)
         self.assertEqual(recording.returncode, 4, errors)
         self.assertIn("holds what came until then", errors)
         self.assertIn("the daemon is not there or has restarted\n  see why it ended: journalctl -u hapticd\n", errors)
@@ -243,7 +243,7 @@ class Record(unittest.TestCase):
         recording = self.start()
         time.sleep(0.5)
         self.daemon.process.terminate()
-        recording.communicate(timeout=60)
+        recording.communicate(timeout=300)
         self.assertNotEqual(recording.returncode, 0)
         told = self.replay("--verify")
         self.assertIn("bit for bit", told)

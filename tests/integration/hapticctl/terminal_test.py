@@ -81,7 +81,7 @@ class OnATerminal(TerminalCase):
         finally:
             for other in others:
                 other.terminate()
-                other.wait(10)
+                other.wait(60)
         self.assertIn("\x1b[?7l", screen)
         self.assertLess(screen.index("\x1b[?7h"), screen.index("\x1b[?1049l"), "and wraps again")
         self.assertRegex(screen, r"\n[2-9] lines more: hapticctl status")

@@ -119,7 +119,7 @@ void DaemonFixture::kill() {
 
 int DaemonFixture::terminate() {
   if (pid_ > 0) ::kill(pid_, SIGTERM);
-  for (int i = 0; i < 500 && !reap(false); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  for (int i = 0; i < 6000 && !reap(false); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
   kill();
   return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1;
 }

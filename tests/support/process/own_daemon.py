@@ -71,7 +71,7 @@ class OwnDaemon:
     def terminate(self):
         """Gives its exit code."""
         self.process.terminate()
-        return self.process.wait(20)
+        return self.process.wait(60)
 
     def close(self):
         try:

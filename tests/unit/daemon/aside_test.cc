@@ -15,7 +15,7 @@ namespace {
 
 template <class Done>
 bool until(Aside& aside, Done&& done) {
-  for (int i = 0; i < 5000 && !done(); ++i) {
+  for (int i = 0; i < 60000 && !done(); ++i) {
     aside.poll();
     ::usleep(1000);
   }

@@ -384,19 +384,19 @@ bool SceneContacts::tryPoint(std::uint32_t i, const CollideRequest::Held& held, 
   return known;
 }
 
-bool SceneContacts::tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,
-                              const CollideRequest::Held& held, double margin, Purse& purse) HD_RT {
+void SceneContacts::tryPoints(bool hot, std::uint32_t& cursor, Tries& tries, const CollideRequest::Held& held,
+                              double margin, Purse& purse) HD_RT {
   const std::uint32_t n = points_.count();
   const std::uint32_t first = cursor % n;
   for (std::uint32_t k = 0; k < n; ++k) {
     const std::uint32_t i = (first + k) % n;
-    if (was_hot[i] != hot) continue;
-    if (!purse.empty() && tryPoint(i, held, margin, purse)) --purse.report.dropped;
+    if (tries.was_hot[i] != hot || tries.tried[i]) continue;
+    tries.tried[i] = !purse.empty();
+    if (tries.tried[i] && tryPoint(i, held, margin, purse)) --purse.report.dropped;
     if (!purse.over) continue;
     cursor = i;
-    return false;
+    return;
   }
-  return true;
 }
 
 void SceneContacts::find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
@@ -440,13 +440,15 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   }
   const bool all_whole = whole_ == (std::uint64_t{1} << held.count) - 1;
   if (!all_whole && points_.count() > 0) {
-    const std::array<bool, ToolPoints::kMost> was_hot = hot_;
+    Tries tries{hot_, {}};
     report.dropped += points_.count();
-    const bool hot = tryPoints(true, hot_cursor_, was_hot, held, margin, most);
+    tryPoints(true, hot_cursor_, tries, held, margin, most);
     for (std::uint32_t k = 0; k < held.count; ++k) tryRidges(k, held, most);
-    const bool cold = tryPoints(false, cursor_, was_hot, held, margin, all);
-    report.exhausted = report.exhausted || !hot || !cold;
-    if (!hot && isLate(budget)) cut_ |= ~whole_ & ((1u << held.count) - 1);
+    tryPoints(false, cursor_, tries, held, margin, all);
+    // What the others left is for those that touched. Edges and ridges are not tried again.
+    tryPoints(true, hot_cursor_, tries, held, margin, all);
+    report.exhausted = report.exhausted || most.over || all.over;
+    if (most.over) cut_ |= ~whole_ & ((1u << held.count) - 1);
   }
   dropToldTwice(held);
   dropHidden(held, all);

@@ -18,11 +18,11 @@ namespace hapticd {
 
 /**
  * Of one device's tool; keeps the points of the last tool it was asked for, and which of them touched. Points that
- * touched last time are tried first, with seven eighths of the budget, then the others; both go on where they ended, so
- * that a budget that is too small still gets round.
+ * touched last time are tried first, with seven eighths of the budget, then the others, then what is left of the first;
+ * both go on where they ended, so that a budget that is too small still gets round.
  *
- * Obstacles for which the time was not enough keep the contacts of the answer before, for a tenth of a second, and come
- * first the next time: an answer that is late must not say that nothing touches.
+ * Obstacles for which the budget was not enough keep the contacts of the answer before, for a tenth of a second, and
+ * come first the next time: an answer that is late must not say that nothing touches.
  *
  * A tool that is faster than the field's margin reaches until the next answer is told of what it will meet, from the
  * way that it will go: a plane that it has not reached stops it there, one that it has passed could only push it back.
@@ -150,10 +150,14 @@ class SceneContacts {
    * lookAt()'s. */
   void tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held, const PointTouch& first,
                        int side, double margin, Purse& purse) HD_RT;
-  /** Those that touched last time, or the others, from `cursor` on; false, and where it ended, if the purse was empty.
+  /** Of one question: the points that touched before, and those that have had their turn. */
+  struct Tries {
+    std::array<bool, ToolPoints::kMost> was_hot{}, tried{};
+  };
+  /** Those that touched last time, or the others, from `cursor` on, which says where it ended if the purse was empty.
    */
-  bool tryPoints(bool hot, std::uint32_t& cursor, const std::array<bool, ToolPoints::kMost>& was_hot,
-                 const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;
+  void tryPoints(bool hot, std::uint32_t& cursor, Tries& tries, const CollideRequest::Held& held, double margin,
+                 Purse& purse) HD_RT;
   /** The tool's surface against a sphere, a capsule, or a cylinder's mantle: what it meets between two of its points.
    * False: its points may know more, for it may be hollow, and they meet a cylinder's ends. */
   bool tryRound(std::uint32_t k, const CollideRequest::Held& held, double margin, Purse& purse) HD_RT;

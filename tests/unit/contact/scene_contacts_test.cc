@@ -328,6 +328,45 @@ TEST(SceneContacts, AnAnswerWithoutTimeKeepsWhatTouchedForAWhile) {
   }
 }
 
+/** Of a deadline of 1000 it is 900 once the budget has been shared out: the seven eighths are over, the rest is not. */
+struct SpentClock final : Clock {
+  std::int64_t now() HD_RT override { return ++looks > 1 ? 900 : 1; }
+  void sleepUntil(std::int64_t) HD_RT override {}
+  int looks = 0;
+};
+
+TEST(SceneContacts, WhatTouchedHasItsTurnInTheTimeThatTheOthersLeft) {
+  Question q;
+  q.held.shape = Shape{ShapeKind::kBox, Vec3(0.01, 0.01, 0.01)};
+  q.held.obstacle[0].shape = Shape{ShapeKind::kPlane};
+  const std::uint32_t all = q.ask({0, 0, 0.0099}).count;
+  ASSERT_GT(all, 3u);
+  SpentClock clock;
+  ContactModel none;
+  q.contacts->find(q.held, 0, {400'000, 1000, &clock}, none, q.report);
+  EXPECT_EQ(none.count, all);
+  EXPECT_EQ(q.report.dropped, 0u);
+}
+
+TEST(SceneContacts, WhatAnEdgeTouchesIsKeptWhereTheTimeForEdgesIsOverAndThatForPointsIsNot) {
+  // Two bars across each other, edge on edge: no point of the tool is near.
+  Question q;
+  const Quat on_edge(Eigen::AngleAxisd(EIGEN_PI / 4, Vec3::UnitX()));
+  q.held.shape = q.held.obstacle[0].shape = Shape{ShapeKind::kBox, Vec3(0.05, 0.01, 0.01)};
+  q.held.obstacle[0].X_WO.q = on_edge;
+  q.held.X_WO = {{0, 0, 2 * std::sqrt(2) * 0.01 - 0.0005},
+                 Quat(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitZ())) * on_edge};
+  q.held.X_WO.p.x() = 0.0007;
+  ContactModel model;
+  q.contacts->find(q.held, 0, {1'000'000, 0, nullptr}, model, q.report);
+  ASSERT_GT(model.count, 0u);
+  SpentClock clock;
+  q.contacts->find(q.held, 0, {400'000, 1000, &clock}, model, q.report);
+  EXPECT_TRUE(q.report.exhausted);
+  ASSERT_GT(model.count, 0u);
+  EXPECT_NEAR(q.deepest(model), 0.0005, 1e-5);
+}
+
 TEST(SceneContacts, WhatLiesAheadIsKeptTooWhereTheTimeWasNotEnoughToLook) {
   Question q;
   q.held.V_WO.v.z() = -2;

@@ -152,6 +152,19 @@ void SceneContacts::remember(const CollideRequest::Held& held) HD_RT {
   last_count_ = count;
 }
 
+/** On which side of a sheet a point stood says nothing once either was put elsewhere, or another sheet in its place. */
+void SceneContacts::forgetSides(const CollideRequest::Held& held) HD_RT {
+  const bool stays = then(stoodOf(held)) != nullptr;
+  for (std::uint32_t k = 0; k < held.count; ++k) {
+    const CollideRequest::Obstacle& obstacle = held.obstacle[k];
+    if (!isFirm(obstacle.shape) || !isSheet(obstacle.shape)) continue;
+    if (stays && then(stoodOf(obstacle)) != nullptr) continue;
+    for (Sided& at : side_) {
+      if (at.slot == obstacle.slot) at = {};
+    }
+  }
+}
+
 /** Whose turn it is: that which has been cut short for the longest. */
 std::uint32_t SceneContacts::firstOf(const CollideRequest::Held& held) const HD_RT {
   std::uint32_t first = 0, most = 0;
@@ -426,6 +439,7 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
   reach_ = ahead * held.speed;
   const double margin = kMargin + reach_;
   whole_ = cut_ = 0;
+  forgetSides(held);
   const std::uint32_t first = firstOf(held);
   for (std::uint32_t i = 0; i < held.count; ++i) {
     const std::uint32_t k = (first + i) % held.count;

@@ -28,7 +28,7 @@ namespace hapticd {
  * way that it will go: a plane that it has not reached stops it there, one that it has passed could only push it back.
  *
  * An open mesh without a volume is a wall from both sides: for each point the one that it came from counts until it has
- * left the sheet.
+ * left the sheet, or was put elsewhere.
  *
  * What stands in the scene between two points of the tool is found, too: its balls, discs, edges and ridges are tried
  * against the tool's surface (round_obstacle.cc, edge_obstacle.cc, mantle_obstacle.cc, mesh_edge_obstacle.cc). A point
@@ -94,6 +94,7 @@ class SceneContacts {
   /** Where it stood at the last question; where it is now, if it was not named there or has been put elsewhere. */
   [[nodiscard]] Pose before(const Stood& now) const HD_RT;
   void remember(const CollideRequest::Held& held) HD_RT;
+  void forgetSides(const CollideRequest::Held& held) HD_RT;
   [[nodiscard]] std::uint32_t firstOf(const CollideRequest::Held& held) const HD_RT;
   void carryOver(const CollideRequest::Held& held, double margin, const ContactModel& model) HD_RT;
   /** Whether that feature's contact with obstacle k is among the first so many found. */

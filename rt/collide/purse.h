@@ -15,10 +15,10 @@ struct SceneContacts::Purse {
   static constexpr std::uint32_t kClockEvery = 256;  ///< Units between two looks at the clock; some 10 ns each.
 
   Purse(const WorkBudget& b, DetectorReport& r) HD_RT : budget(b), report(r) {}
-  /** Leaves an eighth of what is in it for others. */
-  void spare() HD_RT {
-    budget.units -= budget.units / 8;
-    if (timed()) budget.deadline_ns -= std::max<std::int64_t>(0, budget.deadline_ns - budget.clock->now()) / 8;
+  /** Leaves so many sixteenths of what is in it for others. */
+  void spare(std::uint32_t parts) HD_RT {
+    budget.units -= static_cast<std::uint32_t>(std::uint64_t{parts} * budget.units / 16);
+    if (timed()) budget.deadline_ns -= parts * std::max<std::int64_t>(0, budget.deadline_ns - budget.clock->now()) / 16;
   }
   [[nodiscard]] bool timed() const HD_RT { return budget.clock != nullptr && budget.deadline_ns != 0; }
   [[nodiscard]] bool empty() HD_RT {

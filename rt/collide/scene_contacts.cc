@@ -445,8 +445,9 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     const std::uint32_t k = (first + i) % held.count;
     if (tryVolume(k, held, ahead, budget, report)) whole_ |= 1u << k;
   }
-  Purse most(budget, report), all(budget, report);
-  most.spare();
+  Purse most(budget, report), all(budget, report), last(budget, report);
+  most.spare(3);
+  all.spare(1);
   for (std::uint32_t k = 0; k < held.count; ++k) {
     if (tryRound(k, held, margin, most)) whole_ |= 1u << k;
     tryEdges(k, held, margin, most);
@@ -465,8 +466,8 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     if (most.over) cut_ |= ~whole_ & ((1u << held.count) - 1);
   }
   dropToldTwice(held);
-  dropHidden(held, all);
-  for (std::uint32_t k = 0; held.put && k < held.count; ++k) tryWayOut(k, held, all);
+  dropHidden(held, last);
+  for (std::uint32_t k = 0; held.put && k < held.count; ++k) tryWayOut(k, held, last);
   carryOver(held, margin, model);
   remember(held);
 

@@ -18,8 +18,9 @@ namespace hapticd {
 
 /**
  * Of one device's tool; keeps the points of the last tool it was asked for, and which of them touched. Points that
- * touched last time are tried first, with seven eighths of the budget, then the others, then what is left of the first;
- * both go on where they ended, so that a budget that is too small still gets round.
+ * touched last time are tried first, with 13 sixteenths of the budget, then the others, then what is left of the first;
+ * both go on where they ended, so that a budget that is too small still gets round. The last sixteenth is for dropping,
+ * of what is found, mere seams between obstacles.
  *
  * Obstacles for which the budget was not enough keep the contacts of the answer before, for a tenth of a second, and
  * come first the next time: an answer that is late must not say that nothing touches.

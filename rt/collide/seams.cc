@@ -47,8 +47,9 @@ void SceneContacts::dropHidden(const CollideRequest::Held& held, Purse& purse) H
     const CollideRequest::Obstacle& its = held.obstacle[k];
     if ((open >> k & 1) != 0 || (volumeOf(its.shape) != nullptr && volumeOf(held.shape) != nullptr)) continue;
     for (std::uint32_t j = 0; j < held.count; ++j) {
-      const bool hides = j != k && ((yields | open) >> j & 1) == 0;
-      if (!hides || !isHidden(found_.contact[i], its, held.obstacle[j], purse)) continue;
+      if (j == k || ((yields | open) >> j & 1) != 0) continue;
+      if (purse.empty()) return;
+      if (!isHidden(found_.contact[i], its, held.obstacle[j], purse)) continue;
       drop(i);
       break;
     }

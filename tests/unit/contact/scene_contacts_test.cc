@@ -328,7 +328,8 @@ TEST(SceneContacts, AnAnswerWithoutTimeKeepsWhatTouchedForAWhile) {
   }
 }
 
-/** Of a deadline of 1000 it is 900 once the budget has been shared out: the seven eighths are over, the rest is not. */
+/** Of a deadline of 1000 it is 900 once the budget has been shared out: the part for what touched is over, the rest is
+ * not. */
 struct SpentClock final : Clock {
   std::int64_t now() HD_RT override { return ++looks > 1 ? 900 : 1; }
   void sleepUntil(std::int64_t) HD_RT override {}

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "rt/collide/feature.h"
 #include "rt/collide/round.h"
@@ -14,6 +13,7 @@ namespace {
 
 constexpr double kSupport = 5e-4;        ///< What lies has something this near below it [m] ...
 constexpr double kUpward = 0.05;         ///< ... that faces its weight by this cosine or more.
+constexpr double kUnturned = 1e-4;       ///< What has turned less is where it was [rad].
 constexpr double kStirring = 1e-5;       ///< An obstacle that moves faster wakes what it touches [m/s].
 constexpr std::uint64_t kTagShift = 40;  ///< Keys of contacts are told apart by who found them.
 
@@ -24,6 +24,11 @@ MassProperties massOf(const SetBody& order) HD_RT {
   const double(&i)[6] = order.inertia;
   out.inertia_O << i[0], i[3], i[4], i[3], i[1], i[5], i[4], i[5], i[2];
   return out;
+}
+
+/** Two coefficients make one: the geometric mean is common. */
+double frictionOf(const SceneObject& a, const SceneObject& b) HD_RT {
+  return std::sqrt(a.material.friction_static * b.material.friction_static);
 }
 
 }  // namespace
@@ -236,8 +241,7 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
   Touch touch = entry.model.touch(i, mine.pose(), mine.com(), there, V);
   rollTo({self.shape, mine.pose()}, feature, {object.shape, there}, mine.com(), V.w, touch);
   if (other != kNone) touch.r_b = mine.com() + touch.r_a - entry_[other].body.body.com();
-  // Two coefficients make one: the geometric mean is common.
-  touch.friction = std::sqrt(self.material.friction_static * object.material.friction_static);
+  touch.friction = frictionOf(self, object);
   if (feature == kWayOut) touch.friction = 0;  // Nothing rubs there.
   touch.key |= std::uint64_t{kMaxDevices + kMaxBodies + 1u + k} << kTagShift;
   return touch;
@@ -250,27 +254,63 @@ Touch FreeBodies::touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) c
  */
 bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT {
   const std::uint32_t slot = entry_[k].model.point[i].body();
+  return feels(scene, k, slot) && (!isOld(scene, k, slot) || touchOf(scene, k, i).gap > -kTouching);
+}
+
+bool FreeBodies::feels(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
   if (!isFelt(scene.slot(slot))) return false;
-  if (find(slot) != kNone && !isFelt(scene.slot(objectSlot(entry_[k].object)))) return false;
-  return !isOld(scene, k, slot) || touchOf(scene, k, i).gap > -kTouching;
+  return find(slot) == kNone || isFelt(scene.slot(objectSlot(entry_[k].object)));
+}
+
+FreeBodies::Support FreeBodies::supportOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
+  const SceneObject &self = scene.slot(objectSlot(entry_[k].object)), &other = scene.slot(slot);
+  const std::uint64_t mesh = other.shape.kind == ShapeKind::kMesh ? other.shape.number : 0;
+  return {slot, other.shape.kind, other.shape.size, mesh, other.X_WO, frictionOf(self, other)};
+}
+
+void FreeBodies::noteSupports(const Scene& scene, std::uint8_t k) HD_RT {
+  Entry& entry = entry_[k];
+  entry.supports = 0;
+  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
+    const std::uint32_t slot = entry.model.point[i].body();
+    const auto begin = entry.support.begin(), end = begin + entry.supports;
+    const auto isIt = [&](const Support& s) HD_RT { return s.slot == slot; };
+    if (std::any_of(begin, end, isIt) || !meets(scene, k, i) || touchOf(scene, k, i).gap > kTouching) continue;
+    entry.support[entry.supports++] = supportOf(scene, k, slot);
+  }
 }
 
 /**
- * What lies stays asleep until what it lies on goes or holds it less, or something that moves touches it. Of two bodies
- * only one may know of the contact: whichever is awake wakes the other. It does not keep it awake: see watchRest().
+ * Whatever else it touches: a plank on two blocks would hang in the air on one of them. Another that is there instead,
+ * as like as that, holds as well.
+ */
+bool FreeBodies::isHeldAsBefore(const Scene& scene, std::uint8_t k) const HD_RT {
+  const Entry& entry = entry_[k];
+  const auto isAsBefore = [&](const Support& then) HD_RT {
+    if (!feels(scene, k, then.slot)) return false;
+    const Support now = supportOf(scene, k, then.slot);
+    return now.kind == then.kind && now.size == then.size && now.mesh == then.mesh &&
+           (now.X_WO.p - then.X_WO.p).norm() <= kTouching && now.X_WO.q.angularDistance(then.X_WO.q) <= kUnturned &&
+           !(now.friction < then.friction);
+  };
+  return std::all_of(entry.support.begin(), entry.support.begin() + entry.supports, isAsBefore);
+}
+
+/**
+ * What lies stays asleep until something that held it goes or holds it less, or something that moves touches it. Of two
+ * bodies only one may know of the contact: whichever is awake wakes the other. It does not keep it awake: see
+ * watchRest().
  */
 void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
   Entry& entry = entry_[k];
   bool lies = false;  // What is beside it or on it does not carry it: two would hold each other in the air.
   const Vec3 weight = entry.body.weightOf(gravity_);
-  double grip = std::numeric_limits<double>::infinity();
   for (std::uint32_t i = 0; i < entry.model.count; ++i) {
     const std::uint32_t slot = entry.model.point[i].body();
     if (!meets(scene, k, i)) continue;
     const Touch touch = touchOf(scene, k, i);
     lies = lies || (touch.gap < kSupport && -touch.n.dot(weight) > kUpward * weight.norm());
     if (touch.gap > kTouching) continue;
-    grip = std::min(grip, touch.friction);
     if (touch.moving.norm() > kStirring) entry.body.wake();
     const std::uint8_t other = find(slot);
     if (other == kNone) continue;
@@ -279,8 +319,8 @@ void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
     if (entry.body.asleep() && moves(entry_[other])) entry.body.wake();
   }
   if (entry.body.asleep() && !lies && !weight.isZero(0)) entry.body.wake();
-  if (entry.body.asleep() && grip < entry.grip) entry.body.wake();
-  if (!entry.body.asleep()) entry.grip = grip;
+  if (entry.body.asleep() && !isHeldAsBefore(scene, k)) entry.body.wake();
+  if (!entry.body.asleep()) noteSupports(scene, k);
 }
 
 /** In a bowl of a mesh its box leads down through the floor on which points hold. */

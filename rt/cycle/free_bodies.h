@@ -100,6 +100,15 @@ class FreeBodies {
   [[nodiscard]] const JointStep& joint() const HD_RT { return joint_; }
 
  private:
+  /** What may hold a body, as it was when that was last awake. */
+  struct Support {
+    std::uint32_t slot = 0;
+    ShapeKind kind = ShapeKind::kGroup;
+    Vec3 size = Vec3::Zero();
+    std::uint64_t mesh = 0;  ///< Number of a mesh's shape.
+    Pose X_WO;
+    double friction = 0;
+  };
   struct Entry {
     std::uint32_t object = 0;  ///< Id, 0: unused.
     FreeBody body{MassProperties{}, 0, false};
@@ -114,16 +123,24 @@ class FreeBodies {
     bool led = false;             ///< In its last turn.
     std::uint32_t missed = 0;     ///< Answers in a row that told of nothing to be led out of, ...
     std::uint64_t missed_in = 0;  ///< ... the last of them, by the tick of its question.
-    double grip = 0;              ///< The least friction that held it when it was last awake.
-    bool held = false;            ///< In a hand.
-    bool ours = false;            ///< Pushed here last: control is told where it goes.
-    bool pushed = false;          ///< By a hand or tool, in this tick.
-    bool stands = false;          ///< Its contacts are stale, and the scene knows that it stands.
+    std::array<Support, kMaxTouches> support;  ///< What it touched when it was last awake.
+    std::uint32_t supports = 0;
+    bool held = false;    ///< In a hand.
+    bool ours = false;    ///< Pushed here last: control is told where it goes.
+    bool pushed = false;  ///< By a hand or tool, in this tick.
+    bool stands = false;  ///< Its contacts are stale, and the scene knows that it stands.
     std::uint8_t mover = kNone;
   };
   Entry* lookUp(std::uint32_t object) HD_RT;
   std::uint8_t moverOf(std::uint8_t k) HD_RT;
-  /** Whether body k touches what contact i is of; of two bodies neither does if one is not felt. */
+  /** Whether body k feels what is in that slot; of two bodies neither does if one is not felt. */
+  [[nodiscard]] bool feels(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
+  [[nodiscard]] Support supportOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
+  /** What it touches now is what may hold it. */
+  void noteSupports(const Scene& scene, std::uint8_t k) HD_RT;
+  /** Whether all that held it is there as then, and holds it no less. */
+  [[nodiscard]] bool isHeldAsBefore(const Scene& scene, std::uint8_t k) const HD_RT;
+  /** Whether body k touches what contact i is of. */
   [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   /** Whether what body k knows of that slot is of before that came there. */
   [[nodiscard]] bool isOld(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {

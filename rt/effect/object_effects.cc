@@ -8,11 +8,14 @@
 #include "rt/effect/path.h"
 #include "rt/effect/well.h"
 #include "rt/geometry/nearest/nearest.h"
+#include "rt/geometry/nearest/pseudo_normal.h"
+#include "rt/geometry/sweep/sweep.h"
 
 namespace hapticd {
 namespace {
 
-constexpr double kOnIt = 1e-12;  ///< A hand so near to a surface has no way to it [m].
+constexpr double kOnIt = 1e-12;   ///< A hand so near to a surface has no way to it [m].
+constexpr double kBeyond = 1.01;  ///< Of the way to the side of a box: out of it.
 
 /** 1 until the effect ends, then falling to 0 within kBlend. */
 double lasting(std::int64_t until_ns, std::int64_t now_ns) HD_RT {
@@ -46,6 +49,37 @@ bool holdsInside(const SceneObject& object) HD_RT {
   return (object.flags & HD_OBJECT_ENABLED) != 0 && (object.flags & HD_OBJECT_TWO_SIDED) == 0;
 }
 
+/**
+ * Whether x is in a closed mesh, where its surface may be beyond any reach: the shortest way out of the box about it
+ * meets the inner side of a triangle first. `work`, in and out, as in Sweep.
+ */
+bool isWithin(const MeshView& mesh, const Vec3& x, std::uint32_t limit, std::uint32_t& work) HD_RT {
+  if (mesh.node_count == 0) return false;
+  const hd_bvh_node& root = mesh.nodes[0];
+  double least = std::numeric_limits<double>::infinity();
+  Vec3 out = Vec3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const double lower = *std::min_element(root.lower[i], root.lower[i] + root.used);
+    const double upper = *std::max_element(root.upper[i], root.upper[i] + root.used);
+    if (!(x[i] > lower && x[i] < upper)) return false;
+    const double way = x[i] - lower < upper - x[i] ? lower - x[i] : upper - x[i];
+    if (!(std::abs(way) < least)) continue;
+    least = std::abs(way);
+    out = least * Vec3(0.0137, 0.0071, 0.0213);  // Aslant: in modelled meshes edges lie straight before each other.
+    out[i] = kBeyond * way;
+  }
+  Sweep sweep;
+  sweep.a = x;
+  sweep.d = out;
+  sweep.two_sided = true;
+  sweep.work = work;
+  sweep.limit = limit;
+  SweepHit hit;
+  const SweepResult result = sweepMesh(mesh, sweep, hit);
+  work = sweep.work;
+  return result == SweepResult::kHit && faceNormal(mesh, hit.feature).dot(out) > 0;
+}
+
 }  // namespace
 
 void ObjectEffects::reset() HD_RT {
@@ -76,8 +110,10 @@ bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effe
     if (mesh || !fills) query.reach = effect.reach;
     Nearest nearest;
     const NearestResult result = nearestOnShape(object.shape, query, nearest);
+    const bool found = result == NearestResult::kFound;
+    const bool deep = !found && mesh && fills && isWithin(*object.shape.mesh, x, query.limit, query.work);
     place.visits = static_cast<int>(query.work);
-    if (result != NearestResult::kFound) return false;
+    if (!found) return deep;
     if (fills && nearest.isInside(x)) return true;
     place.way = nearest.point - x;
     const double distance = place.way.norm();

@@ -184,6 +184,27 @@ TEST(ObjectEffects, AGuideDrawsToAMesh) {
   expectForce(t.settled({0.02, 0, 0}), Vec3::Zero());
 }
 
+/** Else another guide would draw at once where the hand is pressed in deeper than the reach. */
+TEST(ObjectEffects, AGuideToAMeshIsAsNearAtAnyDepthWithinAsThatToABox) {
+  EffectScene box, mesh;
+  test::TestMesh block = test::boxMesh({0.03, 0.04, 0.05});
+  const auto as_box = box.add(ShapeKind::kBox, {0.03, 0.04, 0.05}), as_mesh = mesh.addMesh(block.view());
+  for (auto& [t, id] : {std::pair<EffectScene&, std::uint32_t>(box, as_box), {mesh, as_mesh}}) {
+    t.set(id, effect(EffectKind::kGuide, 20, 4000, 0, 0.005));
+    t.add(effect(EffectKind::kGuide, 0.05, 100, 0, 0.2), {{0.005, 0.006, 0.007}, Quat::Identity()});
+    (void)t.settled({0, 0, 0.2});
+  }
+  int away = 0;
+  for (int i = 0; i < 140; ++i) {
+    const Vec3 x(0.004 - 1e-4 * i, 0.001, 0.07 - 1e-3 * i);
+    const Vec3 wanted = box.feel(x);
+    expectForce(mesh.feel(x), wanted, 1e-5);
+    away += wanted.norm() > 0 ? 1 : 0;
+  }
+  EXPECT_GT(away, 20) << "else the test shows nothing";
+  EXPECT_LT(away, 60);
+}
+
 /** Beside its border nothing would hold the hand that is behind its plane, and a way around it would give energy. */
 TEST(ObjectEffects, AGuideDrawsToASheetFromBothSides) {
   EffectScene t;

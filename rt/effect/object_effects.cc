@@ -86,6 +86,7 @@ void ObjectEffects::reset() HD_RT {
   anchor_.fill({});
   fresh_ = true;
   left_ = 0;
+  last_rest_ = Vec3::Zero();
 }
 
 /** False: out of reach. */
@@ -128,9 +129,8 @@ bool ObjectEffects::find(const SceneObject& object, const EffectParameters& effe
  * A spring whose end is dragged along once it is stretched to all that friction can be (Hayward and Armstrong, ICRA
  * 2000): no drift at rest, and what it stores never grows but by what the hand puts in.
  */
-Vec3 ObjectEffects::friction(std::uint32_t slot, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
-                             double share) HD_RT {
-  Anchor& anchor = anchor_[slot];
+Vec3 ObjectEffects::friction(Anchor& anchor, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
+                             double share) const HD_RT {
   if (anchor.object != object || anchor.step + 1 != steps_) anchor = {object, steps_, x};
   anchor.step = steps_;
   if (!(effect.stiffness > 0)) return Vec3::Zero();
@@ -138,67 +138,85 @@ Vec3 ObjectEffects::friction(std::uint32_t slot, std::uint32_t object, const Eff
   return effect.stiffness * (anchor.at - x);
 }
 
-Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT {
-  Vec3 force = Vec3::Zero();
+ObjectEffects::Felt ObjectEffects::feel(const Scene& scene, const Hand& hand, bool before) HD_RT {
+  Felt out;
   Drags drags;
   struct {
     Vec3 pull = Vec3::Zero(), v = Vec3::Zero();
     double damping = 0, most = 0;
   } guided;
   double deepest = 0;
-  std::uint32_t guide = 0;
-  bool ends = false;
-  ++steps_;
-  visits_ = 0;
+  int visits = 0;
   auto to_come = static_cast<int>(scene.effects().size());
   for (const std::uint32_t slot : scene.effects()) {
     const EffectParameters& effect = scene.effect(slot);
     const SceneObject& object = scene.slot(slot);
-    const Vec3 x = object.toLocal(p);
-    const double lasts = lasting(effect.until_ns, now_ns);
-    ends = ends || (slot == guide_ && lasts < 1);
+    const Mat3 R_WO = before ? object.X_WO_before.q.toRotationMatrix() : object.R_WO;
+    const Vec3 x = R_WO.transpose() * (hand.p - (before ? object.X_WO_before.p : object.X_WO.p));
+    const double lasts = lasting(effect.until_ns, hand.now_ns);
+    out.ends = out.ends || (slot == guide_ && lasts < 1);
     Place place;
     --to_come;
-    const int left = std::clamp(kMostVisitsOfAll - visits_ - kLeastVisits * to_come, kLeastVisits, kMostVisits);
+    const int most = before ? kMostVisitsBefore : kMostVisitsOfAll;
+    const int left = std::clamp(most - visits - kLeastVisits * to_come, kLeastVisits, kMostVisits);
     const bool found = lasts > 0 && find(object, effect, x, left, place);
-    visits_ += place.visits;
+    visits += place.visits;
     if (!found) continue;
     const double share = lasts * withinReach(place.distance, effect.reach);
-    const Vec3 v_O = object.R_WO.transpose() * (v - object.velocityAt(p));
+    const Vec3 v_O = R_WO.transpose() * (hand.v - object.velocityAt(hand.p));
     if (effect.kind == static_cast<std::uint32_t>(EffectKind::kFriction)) {
-      force += object.R_WO * friction(slot, object.id, effect, x, share);
+      Anchor anchor = anchor_[slot];
+      out.force += R_WO * friction(anchor, object.id, effect, x, share);
+      if (!before) anchor_[slot] = anchor;
     } else if (effect.kind == static_cast<std::uint32_t>(EffectKind::kViscous)) {
-      drags.add(object.R_WO * v_O, share * effect.damping, share * effect.force);
+      drags.add(R_WO * v_O, share * effect.damping, share * effect.force);
     } else if (effect.kind != static_cast<std::uint32_t>(EffectKind::kGuide)) {
-      force += object.R_WO * (share * fieldOf(effect, now_ns));
+      out.force += R_WO * (share * fieldOf(effect, hand.now_ns));
     } else {
       const Well well(effect.stiffness, effect.force, effect.reach);
       const double depth = lasts * well.depth(place.distance);
       if (!(depth > deepest)) continue;
       deepest = depth;
-      guide = slot;
+      out.guide = slot;
       const double pull = lasts * well.pull(place.distance);
       // It damps not more than it pulls: where a solid that can be touched takes over, the force does not jump.
-      guided = {Vec3::Zero(), object.R_WO * (place.across * v_O), share * effect.damping, pull};
-      if (pull > 0) guided.pull = object.R_WO * (pull / place.distance * place.way);
+      guided = {Vec3::Zero(), R_WO * (place.across * v_O), share * effect.damping, pull};
+      if (pull > 0) guided.pull = R_WO * (pull / place.distance * place.way);
     }
   }
   drags.add(guided.v, guided.damping, guided.most);
-  force += guided.pull + drags.force(max_damping_);
-  damping_ = drags.damping(max_damping_);
+  out.force += guided.pull + drags.force(hand.max_damping);
+  out.damping = drags.damping(hand.max_damping);
+  visits_ += visits;
+  return out;
+}
 
-  if (fresh_) {
-    fresh_ = false;
-  } else if (scene.effectChanges() != changes_ || (ends && guide != 0 && guide != guide_)) {
-    rest_ = last_ - force;
+/**
+ * What new orders change is what they would have done to the hand as it was a tick ago. Where the force of that tick
+ * itself faded into that of this one, a program that ordered something in every tick delayed all of it by 19 ms: the
+ * springs that the hand moved against, too.
+ */
+Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT {
+  const Hand hand{p, v, now_ns, max_damping_};
+  const bool ordered = !fresh_ && scene.effectChanges() != changes_;
+  ++steps_;
+  visits_ = 0;
+  const Vec3 ordered_before = ordered ? feel(scene, hand_, true).force : Vec3::Zero();
+  const Felt felt = feel(scene, hand, false);
+  damping_ = felt.damping;
+  const bool hands_over = !fresh_ && felt.ends && felt.guide != 0 && felt.guide != guide_;
+  if (ordered || hands_over) {
+    rest_ = last_rest_ + last_ - (hands_over ? felt.force : ordered_before);
     left_ = kBlend;
   }
-  guide_ = guide;
+  fresh_ = false;
+  hand_ = hand;
+  guide_ = felt.guide;
   changes_ = scene.effectChanges();
   left_ = std::max(0.0, left_ - dt);
-  force += left_ / kBlend * rest_;
-  last_ = force;
-  return force;
+  last_ = felt.force;
+  last_rest_ = left_ / kBlend * rest_;
+  return last_ + last_rest_;
 }
 
 }  // namespace hapticd

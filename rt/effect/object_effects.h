@@ -21,8 +21,8 @@ namespace hapticd {
  * nearest. So all guides that rest are one potential, and no closed way gives energy.
  *
  * An effect that is set, changed or removed, and one whose object jumps, comes and goes within kBlend: what the force
- * was before, less what it would be now, fades. Per tick the change of orders adds |that| dt / kBlend at most. One that
- * ends by its time fades as long.
+ * was before, less what it would have been by what is ordered now, fades. Per tick the change of orders adds
+ * |that| dt / kBlend at most. How the hand moves meanwhile is felt at once. One that ends by its time fades as long.
  */
 class ObjectEffects {
  public:
@@ -30,6 +30,7 @@ class ObjectEffects {
   /** Nodes and triangles of meshes that one effect visits, and all of them in a tick, each at least its kLeastVisits.
    */
   static constexpr int kMostVisits = 1024, kMostVisitsOfAll = 4096, kLeastVisits = 192;
+  static constexpr int kMostVisitsBefore = 1024;  ///< As kMostVisitsOfAll, beside it, in a tick after new orders.
 
   /** Force on a hand at p that moves at v, in W [N]. Once a tick of `dt`. */
   [[nodiscard]] Vec3 step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT;
@@ -59,20 +60,38 @@ class ObjectEffects {
 
   [[nodiscard]] static bool find(const SceneObject& object, const EffectParameters& effect, const Vec3& x,
                                  int most_visits, Place& place) HD_RT;
-  [[nodiscard]] Vec3 friction(std::uint32_t slot, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
-                              double share) HD_RT;
+  struct Hand {
+    Vec3 p = Vec3::Zero(), v = Vec3::Zero();
+    std::int64_t now_ns = 0;
+    double max_damping = 0;
+  };
+  struct Felt {
+    Vec3 force = Vec3::Zero();
+    double damping = 0;
+    std::uint32_t guide = 0;  ///< Slot of the guide that acts, 0 for none.
+    bool ends = false;        ///< That of the last tick is at its end.
+  };
+
+  /** Moves the anchor. */
+  [[nodiscard]] Vec3 friction(Anchor& anchor, std::uint32_t object, const EffectParameters& effect, const Vec3& x,
+                              double share) const HD_RT;
+  /** By the orders of now; `before`: among the objects as they stood a tick ago, but for those that have jumped, and
+   * changing nothing. */
+  [[nodiscard]] Felt feel(const Scene& scene, const Hand& hand, bool before) HD_RT;
 
   double max_damping_ = std::numeric_limits<double>::infinity();
   double damping_ = 0;
   std::array<Anchor, kMaxObjects> anchor_{};
   std::uint64_t steps_ = 0;
-  int visits_ = 0;             ///< In the last tick.
-  std::uint32_t guide_ = 0;    ///< Slot of the guide that acted in the last tick, 0 for none.
-  bool fresh_ = true;          ///< No step since reset().
-  Vec3 last_ = Vec3::Zero();   ///< Force of the last tick [N].
-  Vec3 rest_ = Vec3::Zero();   ///< What fades after the last change [N],
-  double left_ = 0;            ///< for so much longer [s].
-  std::uint64_t changes_ = 0;  ///< Scene::effectChanges() of the last tick.
+  int visits_ = 0;                 ///< In the last tick.
+  std::uint32_t guide_ = 0;        ///< Slot of the guide that acted in the last tick, 0 for none.
+  bool fresh_ = true;              ///< No step since reset().
+  Hand hand_;                      ///< Of the last tick,
+  Vec3 last_ = Vec3::Zero();       ///< the force by what was ordered then, and what
+  Vec3 last_rest_ = Vec3::Zero();  ///< still faded [N].
+  Vec3 rest_ = Vec3::Zero();       ///< What fades after the last change [N],
+  double left_ = 0;                ///< for so much longer [s].
+  std::uint64_t changes_ = 0;      ///< Scene::effectChanges() of the last tick.
 };
 
 }  // namespace hapticd

@@ -1,6 +1,7 @@
 #include "rt/scene/scene.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "rt/geometry/sweep/sweep.h"
 #include "rt/scene/foreseen.h"
@@ -38,6 +39,14 @@ bool isValid(const EffectParameters& e) HD_RT {
   const auto good = [](double x) HD_RT { return x >= 0 && x < 1e6; };  // Sums and products stay finite.
   return good(e.force) && good(e.stiffness) && good(e.damping) && good(e.frequency) && good(e.reach) &&
          (e.reach > 0 || e.kind == static_cast<std::uint32_t>(EffectKind::kNone));
+}
+
+/** What is beyond the last point of its path says nothing. */
+bool isSame(const EffectParameters& a, const EffectParameters& b) HD_RT {
+  const auto all = [](const EffectParameters& e) HD_RT {
+    return std::tie(e.kind, e.points, e.force, e.stiffness, e.damping, e.reach, e.frequency, e.until_ns);
+  };
+  return all(a) == all(b) && std::equal(a.path[0], a.path[0] + 3 * a.points, b.path[0]);
 }
 
 /** What such a command changes of an object; kParts: something that only control changes, or vertices. */
@@ -270,9 +279,10 @@ ErrorCode Scene::setFlags(const hd_object_flags& order) HD_RT {
   SceneObject* object = findMutable(order.object);
   if (!object) return ErrorCode::kNotFound;
   const bool before = isFelt(*object);
-  object->flags = (object->flags & ~order.mask) | (order.value & order.mask);
+  const std::uint32_t flags = (object->flags & ~order.mask) | (order.value & order.mask);
+  if (flags != object->flags) noteEffect(objectSlot(order.object));
+  object->flags = flags;
   noteFelt(objectSlot(order.object), before);
-  noteEffect(objectSlot(order.object));
   settled_ = false;
   rebuildTouchable();
   return ErrorCode::kOk;
@@ -301,6 +311,7 @@ ErrorCode Scene::setEffect(const SetEffect& order) HD_RT {
     effecting_count_ = static_cast<std::uint32_t>(
         std::remove(effecting_.begin(), effecting_.begin() + effecting_count_, slot) - effecting_.begin());
   }
+  if (isSame(effects_[slot], order.effect)) return ErrorCode::kOk;
   noteEffect(slot);
   effects_[slot] = order.effect;
   noteEffect(slot);

@@ -368,6 +368,47 @@ TEST(ObjectEffects, ThatAreSetInEveryTickAreFeltAllTheSame) {
   EXPECT_NEAR(t.feel({0, 0, 0}).z(), 1, 1e-3);
 }
 
+/** Else a guide is a spring that answers 20 ms late, with which a hand swings up. */
+TEST(ObjectEffects, OrdersInEveryTickDelayNothingThatTheHandDoes) {
+  for (const bool guide_itself : {false, true}) {
+    EffectScene t;
+    const auto guide = t.add(effect(EffectKind::kGuide, 2, 200, 4)), other = t.add(effect(EffectKind::kForce, 0));
+    t.add(effect(EffectKind::kFriction, 0.2, 100));
+    t.pose(guide, {}, {{0, -0.1, 0}, Vec3::Zero()});
+    double dragged = 0;
+    for (int i = 0; i < 60; ++i) {
+      const double x = 1e-4 * i, change = 1e-9 * (i % 2);
+      if (guide_itself) t.set(guide, effect(EffectKind::kGuide, 2, 200 + change, 4));
+      if (!guide_itself) t.set(other, effect(EffectKind::kForce, 1 + i % 2));
+      const Vec3 force = t.feel({x, 0, 0}, {0.1, 0, 0});
+      dragged = std::max(dragged, std::abs(force.z()));
+      if (i < 21) continue;  // Its pull bounds its damping.
+      const double rubs = std::min(0.2, 100 * x), y = x;
+      EXPECT_NEAR(force.x(), -200 * x - 0.4 - rubs, 1e-6) << i;
+      EXPECT_NEAR(force.y(), -200 * y - 0.4, 1e-6) << i;
+    }
+    EXPECT_NEAR(dragged, guide_itself ? 0 : 1.5, 0.15);
+  }
+}
+
+TEST(ObjectEffects, TheSameOnceMoreIsNoChange) {
+  EffectScene t;
+  const auto id = t.add(test::along(effect(EffectKind::kForce, 1), {{-1, 0, 0}, {1, 0, 0}}));
+  (void)t.settled({0, 0, 0});
+  EffectParameters more = test::along(effect(EffectKind::kForce, 2), {{-1, 0, 0}, {1, 0, 0}});
+  t.set(id, more);
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_NEAR(t.feel({0, 0, 0}).z(), 1.05 + 0.05 * i, 1e-9) << "over 20 ms, whatever is said meanwhile";
+    more.path[2][0] = static_cast<float>(i);  // Beyond its last point.
+    t.set(id, more);
+    t.flags(id, HD_OBJECT_TWO_SIDED, 0);
+  }
+  const std::uint64_t before = t.scene->effectChanges();
+  more.path[1][0] = 2;
+  t.set(id, more);
+  EXPECT_NE(t.scene->effectChanges(), before);
+}
+
 TEST(ObjectEffects, GoWithTheObjectAboveAndOnItsSpeed) {
   EffectScene t;
   const auto hand = t.TestScene::add(ShapeKind::kGroup, Vec3::Zero());

@@ -19,13 +19,11 @@ double cut(double radius, double depth) HD_RT {
   return std::sqrt(d * (2 * radius - d));
 }
 
-/** int from 0 to phi of sin^4. */
+/** int from 0 to phi of sin^4, over phi^4: which is itself lost where phi is 1e-81. */
 double sineToTheFourth(double phi) HD_RT {
-  if (phi < kShallow) {
-    const double x = phi * phi;
-    return x * x * phi * (1.0 / 5 + x * (-2.0 / 21 + x * (1.0 / 45 - x * 34.0 / 10395)));
-  }
-  return (12 * phi - 8 * std::sin(2 * phi) + std::sin(4 * phi)) / 32;
+  const double x = phi * phi;
+  if (phi < kShallow) return phi * (1.0 / 5 + x * (-2.0 / 21 + x * (1.0 / 45 - x * 34.0 / 10395)));
+  return (12 * phi - 8 * std::sin(2 * phi) + std::sin(4 * phi)) / (32 * x * x);
 }
 
 /**
@@ -37,7 +35,8 @@ double viscousSphereArm(double radius, double force) HD_RT {
   const double depth = std::min(indentationOf(force), radius);
   if (!(depth > 0)) return 0;
   const double phi = 2 * std::asin(std::sqrt(depth / (2 * radius)));
-  return 2 * std::pow(radius, 4) * sineToTheFourth(phi) / (depth * depth * (3 * radius - depth));
+  const double ratio = radius * phi / depth * phi;
+  return 2 * radius * radius * ratio * ratio * sineToTheFourth(phi) / (3 * radius - depth);
 }
 
 }  // namespace

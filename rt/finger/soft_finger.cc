@@ -45,7 +45,8 @@ void SoftFinger::reset() HD_RT {
   slips_ = false;
 }
 
-PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, double damping, double dt) HD_RT {
+PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, double damping, double dt,
+                  double share) HD_RT {
   const Vec3 v = contact.at_hip - motion.hand.v, v_across = v - v.dot(contact.normal) * contact.normal;
   const double speed = v_across.norm();
   if (contact.slip || !(speed > 0) || motion.body.vp.isZero(0)) return {};
@@ -54,7 +55,7 @@ PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, dou
   const double b = std::min({damping, motion.most_damping, 1 / w_along});
   const Vec3 elastic = contact.stiffness * (contact.pull - contact.pull.dot(contact.normal) * contact.normal);
   Vec3 all = elastic + b * v_across;
-  const double most = contact.friction.still * pressOf(contact);
+  const double most = share * contact.friction.still * pressOf(contact);
   if (all.norm() > most) all = most > elastic.norm() ? Vec3(all * (most / all.norm())) : elastic;
   return {all - elastic, b};
 }
@@ -86,27 +87,32 @@ FingerForces SoftFinger::settle(const Scene& scene, const SurfaceContact& contac
   const double across = contact.stiffness * lag.norm();
   const Friction& mu = contact.friction;
   arm_ = momentArm(pad_, pressed);
-  const auto mostMoment = [&](double coefficient) HD_RT {
+  const auto mostMoment = [&](double coefficient, double beside) HD_RT {
     const double bears = coefficient * pressed;
-    return bears > 0 ? arm_ * bears * (coupled_ ? left(across / bears) : 1) : 0.0;
+    return bears > 0 ? arm_ * bears * (coupled_ ? left(beside / bears) : 1) : 0.0;
   };
   // Spring and viscosity of the twist stop a light body within a tick at the most, together with the other fingers that
   // may hold it: what is beyond would throw it back.
   const double w = motion.fingers * dt * normal_.dot(motion.body.wl * normal_);
   const double k = w > 0 ? std::min(order_.stiffness, 1 / (w * (dt + kTwistRetardation))) : order_.stiffness;
   stiffness_ = k;
-  const double still = mostMoment(mu.still), sliding = mostMoment(mu.sliding);
+  const double still = mostMoment(mu.still, across), sliding = mostMoment(mu.sliding, across);
   const double moment = k * twist_;
   slips_ = slips_ || (coupled_ && contact.slip) ? std::abs(moment) > sliding : std::abs(moment) > still;
   if (slips_) twist_ = std::copysign(sliding / k, moment);
   out.moment = k * twist_;
 
-  // While it sticks the pad is viscous too, but spring and viscosity together never exceed friction.
+  // While it sticks the pad is viscous too, but spring and viscosity together never exceed friction: what both springs
+  // leave of the ellipse is the force's, and what that leaves the moment's.
   const double w_relative = (motion.w_object - motion.hand.w).dot(normal_);
   const Vec3 v = contact.at_hip - motion.hand.v, v_across = v - v.dot(normal_) * normal_;
-  if (!slips_) out.moment = std::clamp(out.moment + k * kTwistRetardation * w_relative, -still, still);
-  const double speed = v_across.norm();
-  const PadForce pad = padForce(contact, motion, order_.damping, dt);
+  const double speed = v_across.norm(), bears = arm_ * mu.still * pressed;
+  const double share = coupled_ && bears > 0 ? left(out.moment / bears) : 1;
+  const PadForce pad = padForce(contact, motion, order_.damping, dt, share);
+  if (!slips_) {
+    const double most = mostMoment(mu.still, (contact.stiffness * lag + pad.force).norm());
+    out.moment = std::clamp(out.moment + k * kTwistRetardation * w_relative, -most, most);
+  }
   out.force = pad.force;
   out.damping = pad.damping;
   const double slide = contact.slip ? speed : 0, twirl = slips_ ? arm_ * w_relative : 0;

@@ -48,11 +48,11 @@ struct PadForce {
 };
 /**
  * Viscosity across the normal, of a contact that sticks to a body which moves freely: with what is elastic never more
- * than friction, and never so much that it throws the body back. Springs alone let what is held swing for ever, and
- * beside a device, whose force is late, ever more, until it slides. Servo-safe.
+ * than the share of friction that is left to it, and never so much that it throws the body back. Springs alone let what
+ * is held swing for ever, and beside a device, whose force is late, ever more, until it slides. Servo-safe.
  */
-[[nodiscard]] PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, double damping,
-                                double dt) HD_RT;
+[[nodiscard]] PadForce padForce(const SurfaceContact& contact, const FingerMotion& motion, double damping, double dt,
+                                double share = 1) HD_RT;
 
 /** Servo thread only; deterministic. */
 class SoftFinger {

@@ -271,6 +271,41 @@ TEST_F(SoftFingerTest, ThePadsViscosityKeepsToTheCone) {
   EXPECT_NEAR(tick().force.y(), 0.8, 1e-12);
 }
 
+/** Springs and viscosity, force and moment: all that friction bears at once is on the ellipse or within it. */
+TEST_F(SoftFingerTest, WhatIsViscousKeepsToTheEllipseToo) {
+  for (const bool coupled : {true, false}) {
+    SetFinger order = usual();
+    order.damping = 10;
+    order.flags = coupled ? 0U : 0U + kFingerUncoupled;
+    finger.set(order);
+    motion.body = Mobility::free(10, Mat3::Identity());
+    double fullest = 0;
+    for (const double lag : {0.0, 0.4, -0.9}) {  // Of static friction; the twist takes up to 0.7 of it.
+      for (const double turn : {0.0, 0.3, 0.7}) {
+        for (const double v : {0.05, 0.5}) {
+          for (const double w : {0.0, 0.5, -50.0}) {
+            finger.reset();
+            press(2, {lag * 1.6e-3 * std::sqrt(1 - turn * turn), 0, 0});
+            motion.w_object = Vec3::Zero();
+            contact.at_hip = Vec3::Zero();
+            (void)tick();
+            motion.w_object.z() = w;
+            contact.at_hip = Vec3(0.3 * v, v, 0);
+            const FingerForces out = tick(-turn * bears(kFloorStill) / 0.1);
+            const double x = (kFloorStiffness * contact.pull.head<2>() + out.force.head<2>()).norm() / 1.6;
+            const double y = out.moment / bears(kFloorStill), all = x * x + y * y;
+            if (coupled) {
+              EXPECT_LT(all, 1 + 1e-9) << lag << ' ' << turn << ' ' << v << ' ' << w;
+            }
+            fullest = std::max(fullest, all);
+          }
+        }
+      }
+    }
+    EXPECT_NEAR(fullest, coupled ? 1 : 2, 1e-6);
+  }
+}
+
 /** One wave for each millimetre, 250 a second at most; so many newtons for each m/s, 1 N at most; along z. */
 TEST_F(SoftFingerTest, TheCueTellsOfEverySlip) {
   SetFinger order = usual();

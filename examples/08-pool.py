@@ -73,9 +73,11 @@ def collide(balls: list[Ball]) -> None:
 
 
 def struck(samples: np.ndarray, ball: Ball, number: int, period: float) -> float:
-    """Hands the ball what the hand felt of it, the other way: force times time, however often the servo looks [N s]."""
+    """Hands the ball what the hand felt of it, the other way: force times time, however often the servo looks [N s]. That is
+    what the surface asks for, less what a limit takes off it."""
     touching = samples[samples["contact_object"] == number]
-    impulses = -period * touching["by_source"][:, haptic.Source.SURFACE].astype(float)
+    source = touching["by_source"].astype(float)
+    impulses = -period * (source[:, haptic.Source.SURFACE] + source[:, haptic.Source.GUARD])
     for impulse, at in zip(impulses, touching["proxy"]):
         ball.strike(impulse, at)
     return float(np.linalg.norm(impulses.sum(axis=0)))

@@ -80,12 +80,23 @@ class Strike(unittest.TestCase):
             samples = np.zeros(len(t), haptic.session.SAMPLE)
             samples["contact_object"] = np.where(t < 0.015, 7, 8)  # the rest is another object's
             samples["by_source"][:, haptic.Source.SURFACE, 0] = 3 * np.sin(np.pi * t / 0.015)
-            samples["by_source"][:, haptic.Source.GUARD, 0] = -1
+            samples["by_source"][:, haptic.Source.GRAVITY, 0] = -1  # carries the arm
             ball = pool.Ball(0, 0)
             samples["proxy"] = ball.p
             self.assertAlmostEqual(pool.struck(samples, ball, 7, 1 / rate), 3 * 0.015 * 2 / np.pi, delta=1e-4)
             np.testing.assert_allclose(ball.v, (-3 * 0.015 * 2 / np.pi / pool.MASS, 0, 0), rtol=2e-3)
             np.testing.assert_allclose(ball.w, 0, atol=1e-12)
+
+    def test_what_a_limit_takes_off_the_hand_the_ball_does_not_get(self):
+        samples = np.zeros(10, haptic.session.SAMPLE)
+        samples["contact_object"] = 7
+        samples["by_source"][:, haptic.Source.SURFACE, 0] = 8
+        samples["by_source"][:, haptic.Source.GUARD, 0] = -5  # of a device of 3 N
+        samples["force"][:, 0] = 3
+        ball = pool.Ball(0, 0)
+        samples["proxy"] = ball.p
+        self.assertAlmostEqual(pool.struck(samples, ball, 7, 0.001), 0.03, 6)
+        np.testing.assert_allclose(ball.v, (-0.03 / pool.MASS, 0, 0), rtol=1e-6)
 
 
 class Collision(unittest.TestCase):

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <span>
 
 #include "rt/scene/snapshot_checksum.h"
 
@@ -14,6 +13,7 @@ namespace hapticd {
 namespace {
 
 constexpr std::size_t kPiece = 1u << 20;
+constexpr std::uint64_t kPage = 4096;  // What is written to a file arrives in pages.
 
 std::string place(std::uint64_t number, std::uint64_t offset) {
   return fmt::format("block {} at byte {}", number, offset);
@@ -58,6 +58,21 @@ bool BlockReader::restIsZero() {
   return true;
 }
 
+/**
+ * Whether a block that is not as written was on its way when the power went: up to a page it is there, from that page
+ * on all is zero to the end of the file.
+ */
+bool BlockReader::restDidNotArrive(std::span<const std::byte> head, std::span<const std::byte> message) {
+  const auto written = [](std::span<const std::byte> part) {
+    const auto last = std::find_if(part.rbegin(), part.rend(), [](std::byte b) { return b != std::byte{0}; });
+    return static_cast<std::size_t>(part.rend() - last);
+  };
+  const std::size_t of_message = written(message);
+  const std::size_t there = of_message > 0 ? head.size() + of_message : written(head);
+  const std::uint64_t page = (offset_ + there + kPage - 1) / kPage * kPage;
+  return page < offset_ + head.size() + message.size() && restIsZero();
+}
+
 Result<bool> BlockReader::next(kj::Array<capnp::word>& message) {
   if (cut_) return false;
   BlockHead head{};
@@ -76,7 +91,11 @@ Result<bool> BlockReader::next(kj::Array<capnp::word>& message) {
     return false;
   }
   if (head.magic != kBlockMagic) return damaged("no block begins here");
-  if (head.check != headCheck(head)) return damaged("its head is damaged");
+  if (head.check != headCheck(head)) {
+    cut_ = restDidNotArrive(std::as_bytes(std::span(&head, 1)), {});
+    if (cut_) return false;
+    return damaged("its head is damaged");
+  }
   if (head.number != number_) return damaged(fmt::format("the block is number {}", head.number));
   if (head.bytes == 0 || head.bytes % 8 != 0 || head.bytes > kMostBlockBytes) {
     return damaged(fmt::format("the block claims {} bytes", head.bytes));
@@ -93,7 +112,11 @@ Result<bool> BlockReader::next(kj::Array<capnp::word>& message) {
       return false;
     }
   }
-  if (head.checksum != snapshotChecksum(bytes)) return damaged("its checksum is wrong");
+  if (head.checksum != snapshotChecksum(bytes)) {
+    cut_ = restDidNotArrive(std::as_bytes(std::span(&head, 1)), bytes);
+    if (cut_) return false;
+    return damaged("its checksum is wrong");
+  }
   message = kj::heapArray<capnp::word>(bytes.size() / sizeof(capnp::word));
   std::memcpy(static_cast<void*>(message.begin()), bytes.data(), bytes.size());
   last_offset_ = offset_;

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <istream>
+#include <span>
 #include <vector>
 
 #include "rt/base/error.h"
@@ -40,7 +41,8 @@ class BlockReader {
   explicit BlockReader(std::istream& in) noexcept : in_(in) {}
 
   /**
-   * The next message; false at the end. A block that the end of the file cuts off is no error: cut() says so.
+   * The next message; false at the end. A block that the end of the file cuts off, or zeros from a page on to that
+   * end, is no error: cut() says so.
    * kInvalidArgument names block and byte: foreign bytes, a wrong number, length or checksum.
    */
   [[nodiscard]] Result<bool> next(kj::Array<capnp::word>& message);
@@ -54,6 +56,7 @@ class BlockReader {
  private:
   [[nodiscard]] Error damaged(std::string what) const;
   bool restIsZero();
+  bool restDidNotArrive(std::span<const std::byte> head, std::span<const std::byte> message);
 
   std::istream& in_;
   std::uint64_t number_ = 0;

@@ -107,6 +107,64 @@ TEST(RecordingFile, ZerosWhereTheLastWriteDidNotArriveAreACutOffEnd) {
   EXPECT_EQ(outcome.cycles, file.cycles[3]);
 }
 
+/** A header, a mesh in one part, a cycle, the end. */
+File fileWithMesh(std::size_t mesh_bytes) {
+  File file;
+  RecordingWriter writer([&](std::span<const std::byte> bytes) {
+    file.bytes.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    file.ends.push_back(file.bytes.size());
+    return true;
+  });
+  RecordingHeader header;
+  header.devices = {{"sim", "sim://default", "a simulation"}};
+  (void)writer.header(header);
+  (void)writer.mesh(4, std::vector<std::byte>(mesh_bytes, std::byte{5}));
+  RecordedCycle cycle;
+  cycle.input.tick = 1;
+  (void)writer.cycle(cycle);
+  (void)writer.end("stopped", 0);
+  return file;
+}
+
+std::string zeroFrom(const std::string& bytes, std::size_t from, std::size_t size) {
+  return bytes.substr(0, from) + std::string(size - from, '\0');
+}
+
+TEST(RecordingFile, ZerosFromAPageWithinABlockToTheFilesEndAreACutOffEnd) {
+  const File file = fileWithMesh(20'000);
+  const std::size_t end = file.ends[1], all = file.bytes.size();
+  int pages = 0;
+  for (std::size_t page = (file.ends[0] + 4095) / 4096 * 4096; page < end; page += 4096, ++pages) {
+    SCOPED_TRACE(page);
+    for (const std::size_t size : {end, end + 16, all, all + 9000}) {
+      const Outcome outcome = readAll(zeroFrom(file.bytes, page, size));
+      EXPECT_TRUE(outcome.opened);
+      EXPECT_EQ(outcome.error, "");
+      EXPECT_FALSE(outcome.ended);
+    }
+    std::string hole = file.bytes;  // What comes after it did arrive.
+    hole.replace(page, 64, 64, '\0');
+    EXPECT_NE(readAll(hole).error.find("block 1 at byte"), std::string::npos);
+  }
+  EXPECT_GE(pages, 4);
+  // Zeros from where no page begins are no end.
+  const std::string error = readAll(zeroFrom(file.bytes, end / 4096 * 4096 + 8, end)).error;
+  EXPECT_NE(error.find("block 1 at byte"), std::string::npos) << error;
+}
+
+TEST(RecordingFile, AHeadAcrossAPageThatDidNotArriveIsACutOffEnd) {
+  const std::size_t without = fileWithMesh(8).ends[1] - 8;
+  for (const std::size_t there : {8u, 16u, 24u}) {
+    SCOPED_TRACE(there);
+    const File file = fileWithMesh(8192 - without - there);
+    ASSERT_EQ(file.ends[1], 8192 - there);
+    const Outcome outcome = readAll(zeroFrom(file.bytes, 8192, file.bytes.size()));
+    EXPECT_TRUE(outcome.opened);
+    EXPECT_EQ(outcome.error, "");
+    EXPECT_EQ(outcome.cycles, 0u);
+  }
+}
+
 TEST(RecordingFile, AnyChangedByteIsFoundAndItsBlockNamed) {
   const File file = smallFile();
   for (std::size_t at = 0; at < file.bytes.size(); ++at) {

@@ -1,17 +1,12 @@
 // hapticctl record: keeps the daemon's recording of a device in a file.
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <cerrno>
 #include <chrono>
 #include <nlohmann/json.hpp>
-#include <thread>
-#include <vector>
 
 #include "tools/hapticctl/command/command.h"
 #include "tools/hapticctl/daemon.h"
 #include "tools/hapticctl/failure.h"
+#include "tools/hapticctl/file/carrier.h"
 #include "tools/hapticctl/file/new_file.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
@@ -31,47 +26,6 @@ struct CloseRecording {
   void operator()(haptic_recording* recording) const { haptic_recording_close(recording); }
 };
 
-/** Carries the stream into the file on a thread of its own, on the disk within a second. */
-class Carrier {
- public:
-  Carrier(int stream, NewFile& file) : stream_(stream), file_(file), thread_([this] { run(); }) {}
-  ~Carrier() { join(); }
-  Carrier(const Carrier&) = delete;
-  Carrier& operator=(const Carrier&) = delete;
-
-  void join() {
-    if (thread_.joinable()) thread_.join();
-  }
-  [[nodiscard]] bool over() const { return over_.load(); }
-  [[nodiscard]] int problem() const { return problem_.load(); }  ///< errno of the file, or 0.
-
- private:
-  void run() {
-    using Clock = std::chrono::steady_clock;
-    std::vector<char> piece(1u << 18);
-    auto synced = Clock::now();
-    while (problem_ == 0) {
-      const ssize_t n = ::read(stream_, piece.data(), piece.size());
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) break;
-      problem_ = file_.write(piece.data(), static_cast<std::size_t>(n));
-      // Blocks come four times a second: this is at most 0.75 s after the last.
-      if (problem_ == 0 && Clock::now() - synced >= std::chrono::milliseconds(500)) {
-        problem_ = file_.sync();
-        synced = Clock::now();
-      }
-    }
-    if (problem_ == 0) problem_ = file_.sync();
-    over_ = true;
-  }
-
-  int stream_;
-  NewFile& file_;
-  std::atomic<bool> over_{false};
-  std::atomic<int> problem_{0};
-  std::thread thread_;
-};
-
 int record(const RecordOptions& options, const Globals& globals) {
   const Interrupt interrupt;
   const Daemon daemon(globals);
@@ -84,7 +38,8 @@ int record(const RecordOptions& options, const Globals& globals) {
   const std::int64_t begin_ns = haptic_now_ns();
   if (!globals.json) note(fmt::format("recording to {}; Ctrl-C ends it", options.file));
 
-  Carrier carrier(haptic_recording_fd(raw), file);
+  Carrier carrier(haptic_recording_fd(raw), {[&](const char* data, std::size_t size) { return file.write(data, size); },
+                                             [&] { return file.sync(); }});
   while (!Interrupt::asked() && !carrier.over()) {
     if (options.seconds > 0 && static_cast<double>(haptic_now_ns() - begin_ns) * 1e-9 >= options.seconds) break;
     interrupt.wait(std::chrono::milliseconds(20));

@@ -120,6 +120,19 @@ TEST_F(CarrierTest, MoreThanItsRoomArrivesWhole) {
   for (int i = 0; i < kPieces; ++i) ASSERT_EQ(written.compare(i * piece.size(), piece.size(), piece), 0) << i;
 }
 
+/** Of a daemon that hangs: it would never come. */
+TEST_F(CarrierTest, AStreamWithoutAnEndIsLeftAndWhatCameIsWritten) {
+  slow = true;
+  Carrier carrier(ends[1], disk());
+  const std::string all = bytesOf(3'000'000, 3);
+  ASSERT_TRUE(send(all));
+  letGo();
+  carrier.end(std::chrono::milliseconds(50));
+  EXPECT_TRUE(carrier.over());
+  EXPECT_EQ(carrier.problem(), 0);
+  EXPECT_TRUE(written == all) << written.size();
+}
+
 TEST_F(CarrierTest, AFullDiskIsToldAndTheStreamTakesNoMore) {
   full = true;
   Carrier carrier(ends[1], disk());

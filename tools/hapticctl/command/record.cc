@@ -16,6 +16,8 @@
 namespace hapticctl {
 namespace {
 
+constexpr std::chrono::seconds kPatience{4};  // For what comes of a daemon that has not said that it stops.
+
 struct RecordOptions {
   std::string file, device;
   bool replace = false;
@@ -48,7 +50,11 @@ int record(const RecordOptions& options, const Globals& globals) {
   const bool asked = !carrier.over();
   const int code = haptic_recording_stop(raw, &end, &error);
   const Owned<haptic_recording_end> ended(end);
-  if (code == HAPTIC_OK || !haptic_connected(daemon.client())) carrier.join();
+  if (code == HAPTIC_OK || !haptic_connected(daemon.client())) {
+    carrier.join();
+  } else {
+    carrier.end(kPatience);
+  }
   try {
     if (carrier.problem() != 0) failWriting(options.file, carrier.problem());
     check(code, error);

@@ -34,6 +34,14 @@ void Carrier::join() {
   if (keeper_.joinable()) keeper_.join();
 }
 
+void Carrier::end(std::chrono::milliseconds patience) {
+  {
+    std::unique_lock lock(mutex_);
+    if (!changed_.wait_for(lock, patience, [this] { return ended_; })) (void)::shutdown(stream_, SHUT_RDWR);
+  }
+  join();
+}
+
 void Carrier::take() {
   for (;;) {
     std::size_t at = 0, room = 0;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <functional>
@@ -36,6 +37,8 @@ class Carrier {
 
   /** Waits for the stream's end and until all is written. */
   void join();
+  /** Waits at most so long for the stream's end and takes no more then; until what came is written. */
+  void end(std::chrono::milliseconds patience);
   [[nodiscard]] bool over() const { return over_.load(); }
   [[nodiscard]] int problem() const { return problem_.load(); }  ///< errno of the target, or 0.
 

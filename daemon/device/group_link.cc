@@ -134,6 +134,11 @@ bool GroupLink::posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out
   return group_->widened(out.control_applied) >= ticket + urgent_;
 }
 
+std::uint64_t GroupLink::nextTick() const {
+  hd_sample sample{};
+  return latest(0, sample) ? sample.tick + 1 : 0;
+}
+
 bool GroupLink::latest(std::uint32_t device, hd_sample& out) const { return StateReader(monitor_).latest(device, out); }
 
 std::uint64_t GroupLink::cycles() const {

@@ -36,6 +36,7 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] bool acceptingArm(std::uint32_t device) const { return outbox_.of(arming(device)) < kArms; }
   /** From now on orders are given for that connection; 0: for the daemon. It must live as long as this. */
   void setGiver(const std::uint64_t& connection) { giver_ = &connection; }
+  [[nodiscard]] std::uint64_t nextTick() const override;
   [[nodiscard]] std::int64_t periodNs() const override { return period_ns_; }
   [[nodiscard]] MeshTable& meshes() override { return *meshes_; }
   [[nodiscard]] bool posed(std::uint32_t slot, std::uint64_t ticket, PosedObject& out) override;

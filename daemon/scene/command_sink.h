@@ -22,6 +22,8 @@ class CommandSink {
   /** False when too many orders wait, of whom they are given for or in all: refuse the edit before changing anything.
    */
   [[nodiscard]] virtual bool accepting() const = 0;
+  /** Number of the tick that takes an order given now, if the servo has room for it. */
+  [[nodiscard]] virtual std::uint64_t nextTick() const = 0;
   /** Of the servo: what is resampled for it depends on it. */
   [[nodiscard]] virtual std::int64_t periodNs() const = 0;
   /** Where this servo's copies of the meshes and textures are published. */

@@ -106,6 +106,7 @@ Result<void> SceneModel::setVelocity(std::string_view name, const Twist& V_PO) {
   }
   if (auto r = accepting(); !r) return r;
   refresh(*object);
+  moveOn(*object);
   object->V_PO = V_PO;
   postPart(*object, SceneObject::kPlace);
   changed(object->spec.name, "velocity");

@@ -117,7 +117,9 @@ class SceneModel {
     std::uint32_t id = 0;
     std::uint32_t parent_slot = 0;
     Twist V_PO;
-    std::int64_t effect_until_ns = 0;                                        ///< 0: it does not end.
+    const CommandSink* placed_in = nullptr;  ///< With a velocity: in whose tick it stands at spec.X_PO,
+    std::uint64_t placed_at = 0;             ///< and in which.
+    std::int64_t effect_until_ns = 0;        ///< 0: it does not end.
     std::array<std::array<Known, SceneObject::kParts>, kMaxGroups> known{};  ///< By sink.
   };
 
@@ -155,7 +157,9 @@ class SceneModel {
   void follow(Object& object);
   /** What stands there in that servo, if our own orders about that part have passed. */
   [[nodiscard]] bool posed(const Object& object, std::size_t sink, Part part, PosedObject& out) const;
-  static void takeOver(const PosedObject& now, Part part, Object& object);
+  void takeOver(const PosedObject& now, std::size_t sink, Part part, Object& object);
+  /** To where its velocity brings it by the tick that takes an order given now. */
+  void moveOn(Object& object);
   ObjectNow describe(std::uint32_t slot);
   Pose worldPoseOf(std::uint32_t slot);
   std::string pathOf(std::uint32_t slot) const;

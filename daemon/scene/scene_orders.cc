@@ -72,6 +72,9 @@ void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&
 
 void SceneModel::detach(CommandSink& sink) {
   std::replace(sinks_.begin(), sinks_.end(), &sink, static_cast<CommandSink*>(nullptr));
+  for (Object& object : slots_) {
+    if (object.placed_in == &sink) object.placed_in = nullptr;
+  }
 }
 
 Result<void> SceneModel::accepting() const {

@@ -26,7 +26,7 @@ void SceneModel::follow(Object& object) {
         if (now.client_edits[part] == known.client_edits) continue;
         known.client_edits = now.client_edits[part];
         if (crossed && known.behind) continue;
-        takeOver(now, part, object);
+        takeOver(now, i, part, object);
         for (std::size_t k = 0; k < sinks_.size(); ++k) object.known[k][part].behind = k != i;
       }
     }
@@ -46,7 +46,7 @@ void SceneModel::refresh(Object& object) {
     const auto tells = [&](std::size_t i) { return !object.known[i][part].behind && posed(object, i, part, now); };
     std::size_t i = 0;
     while (i < sinks_.size() && !tells(i)) ++i;
-    if (i < sinks_.size()) takeOver(now, part, object);
+    if (i < sinks_.size()) takeOver(now, i, part, object);
   }
 }
 
@@ -79,10 +79,12 @@ bool SceneModel::posed(const Object& object, std::size_t sink, Part part, PosedO
          out.object == object.id;
 }
 
-void SceneModel::takeOver(const PosedObject& now, Part part, Object& object) {
+void SceneModel::takeOver(const PosedObject& now, std::size_t sink, Part part, Object& object) {
   if (part == SceneObject::kPlace) {
     object.spec.X_PO = {vec3(now.p_PO), quat(now.q_PO)};
     object.V_PO = {vec3(now.v_PO), vec3(now.w_PO)};
+    object.placed_in = sinks_[sink];
+    object.placed_at = now.tick;
   } else if (part == SceneObject::kMaterial) {
     object.spec.material = now.material;
   } else {
@@ -90,6 +92,21 @@ void SceneModel::takeOver(const PosedObject& now, Part part, Object& object) {
                          .visible = (now.flags & HD_OBJECT_VISIBLE) != 0,
                          .two_sided = (now.flags & HD_OBJECT_TWO_SIDED) != 0};
   }
+}
+
+void SceneModel::moveOn(Object& object) {
+  if (object.placed_in == nullptr) {
+    const auto any = std::find_if(sinks_.begin(), sinks_.end(), [](const CommandSink* s) { return s != nullptr; });
+    if (any == sinks_.end()) return;
+    object.placed_in = *any;
+    object.placed_at = object.placed_in->nextTick();
+  }
+  const std::uint64_t next = std::max(object.placed_at, object.placed_in->nextTick());
+  const double time =
+      static_cast<double>(next - object.placed_at) * static_cast<double>(object.placed_in->periodNs()) * 1e-9;
+  object.spec.X_PO.p += time * object.V_PO.v;
+  object.spec.X_PO.q = rotated(object.spec.X_PO.q, object.V_PO.w, time);
+  object.placed_at = next;
 }
 
 }  // namespace hapticd

@@ -255,6 +255,49 @@ TEST_F(SceneModelTest, AnEditKeepsWhatClientsChangedThroughTheirRings) {
   EXPECT_EQ(scene.find("ball")->spec.material.stiffness, 123);
 }
 
+/** Of a full scene the board is 128 ticks old, and a program may give a velocity each of them. */
+TEST_F(SceneModelTest, AVelocityPutsAnObjectOnItsWayNotBackOnIt) {
+  const auto id = *scene.create(sphere("ball"), client(1));
+  sink.board = asMade(id);
+  sink.board.p_PO[0] = 0.5;
+  sink.board.v_PO[0] = 0.1;
+  sink.board.w_PO[2] = 2;
+  sink.board.tick = 1000;
+  sink.taken = sink.orders.size();
+  sink.next_tick = 1040;
+  const auto give = [&](double v) {
+    EXPECT_TRUE(scene.setVelocity("ball", {{v, 0, 0}, {0, 0, 0}}).ok());
+    return sink.orders.back().as<hd_object_pose>();
+  };
+  hd_object_pose pose = give(0.3);
+  EXPECT_NEAR(pose.p[0], 0.504, 1e-12);
+  EXPECT_NEAR(2 * std::atan2(pose.q[3], pose.q[0]), 0.08, 1e-9) << "it turns on as well";
+  // The next ones come before the board tells of the last.
+  sink.next_tick = 1050;
+  pose = give(0.7);
+  EXPECT_NEAR(pose.p[0], 0.507, 1e-12);
+  EXPECT_NEAR(2 * std::atan2(pose.q[3], pose.q[0]), 0.08, 1e-9);
+  EXPECT_NEAR(give(0.7).p[0], 0.507, 1e-12) << "in the same tick";
+  ASSERT_TRUE(scene.setPose("ball", {}).ok());
+  sink.next_tick = 1060;
+  EXPECT_EQ(give(1).p[0], 0) << "where it rested";
+}
+
+TEST_F(SceneModelTest, TheTicksOfAServoThatHasGoneMoveNothing) {
+  const auto id = *scene.create(sphere("ball"), client(1));
+  sink.board = asMade(id);
+  sink.board.v_PO[0] = 0.1;
+  sink.board.tick = 1000;
+  sink.taken = sink.orders.size();
+  EXPECT_EQ(scene.find("ball")->V_PO.v.x(), 0.1);
+  scene.detach(sink);
+  FakeSink next;
+  next.next_tick = 1'000'000;
+  scene.attach(next);
+  ASSERT_TRUE(scene.setVelocity("ball", {}).ok());
+  EXPECT_EQ(next.orders.back().as<hd_object_pose>().p[0], 0);
+}
+
 /** One program moves it through one servo, another hides it through a second one. */
 TEST_F(SceneModelTest, WhoMovesAnObjectPutsNothingBackThatOthersChange) {
   FakeSink second;

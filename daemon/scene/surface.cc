@@ -40,7 +40,7 @@ struct Direction {
   const SteepestStep& steepest;
   double pixel;  ///< [m]
   const char* name;
-  /** The gradient is bound by the steepest step between two pixels: of all grey, for each metre of depth. */
+  /** Along this side no slope is beyond that of the steepest step between two pixels; for each metre of depth. */
   [[nodiscard]] double steepness() const { return steepest.grey / pixel; }
 };
 
@@ -50,13 +50,20 @@ Result<void> checkRelief(const SurfaceSpec& s, const TextureStore& textures, con
   const Direction across{(*texture)->across, s.relief_width / (*texture)->width, "right"};
   const Direction down{(*texture)->down, s.relief_height / (*texture)->height, "below"};
   const Direction& worst = across.steepness() >= down.steepness() ? across : down;
-  const double slope = s.relief_depth * worst.steepness();
+  std::string place = fmt::format("the step {} of pixel {},{}", worst.name, worst.steepest.column, worst.steepest.row);
+  double steepness = worst.steepness();
+  for (const ReliefSlope& slope : (*texture)->slopes) {  // Aslant it may be steeper than along either side.
+    const double aslant = std::hypot(slope.across / across.pixel, slope.down / down.pixel);
+    if (aslant <= steepness * (1 + 1e-6)) continue;
+    steepness = aslant;
+    place = fmt::format("the surface at pixel {},{}", slope.column, slope.row);
+  }
+  const double slope = s.relief_depth * steepness;
   if (slope <= kMostSlope) return {};
   return invalid(where + ".reliefDepth",
-                 fmt::format("the step {} of pixel {},{} has a slope of {:.3g}; {} is the most", worst.name,
-                             worst.steepest.column, worst.steepest.row, slope, kMostSlope),
+                 fmt::format("{} has a slope of {:.3g}; {} is the most", place, slope, kMostSlope),
                  fmt::format("make the depth at most {:.3g} m, the picture larger, or blur it",
-                             shortened(kMostSlope / worst.steepness())));
+                             shortened(kMostSlope / steepness)));
 }
 
 }  // namespace

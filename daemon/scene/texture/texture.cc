@@ -80,6 +80,7 @@ Result<Texture> parseRelief(std::span<const std::byte> bytes) {
   reader.take(texture.relief.pixels.data(), pixels);
   texture.relief.across = steepest(texture.relief, false);
   texture.relief.down = steepest(texture.relief, true);
+  texture.relief.slopes = reliefSlopes(texture.relief.pixels, header.width, header.height);
   return texture;
 }
 

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "daemon/scene/texture/relief_slopes.h"
 #include "rt/base/error.h"
 
 namespace hapticd {
@@ -23,6 +24,7 @@ struct Relief {
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint16_t> pixels;
   SteepestStep across, down;
+  std::vector<ReliefSlope> slopes;
 };
 
 /** An autoregressive model at the rate it was made for: y[n] = e[n] - sum a[i] y[n - 1 - i]. */

@@ -55,6 +55,7 @@ Result<std::uint64_t> TextureStore::add(Texture texture, const Client& by, LaidO
   info.height = texture.relief.height;
   info.across = texture.relief.across;
   info.down = texture.relief.down;
+  info.slopes = texture.relief.slopes;
   info.models = static_cast<std::uint32_t>(texture.vibration.models.size());
   info.rate_hz = texture.vibration.rate_hz;
   info.bytes = layOutBytes(texture);

@@ -25,6 +25,7 @@ struct TextureInfo {
   bool is_relief = false;
   std::uint32_t width = 0, height = 0;  ///< Of a relief, pixels.
   SteepestStep across, down;            ///< Of a relief.
+  std::vector<ReliefSlope> slopes;      ///< Of a relief.
   std::uint32_t models = 0;             ///< Of a vibration.
   double rate_hz = 0;                   ///< It was recorded at.
   std::uint64_t bytes = 0;              ///< Of each copy; see lockedBytes().

@@ -18,8 +18,8 @@ struct ReliefPoint {
 /**
  * The relief at a surface point x with unit normal n, both in the object's frame. Seen along the axes x, y, z the
  * picture's width and height lie along (y, z), (x, z) and (x, y); its middle is at the object's origin, and it goes on
- * mirrored at its edges. Between pixels a biquadratic B-spline: height and gradient are continuous, and no slope is
- * steeper than the steepest step between two neighbouring pixels. Servo-safe: 27 pixels are read.
+ * mirrored at its edges. Between pixels a biquadratic B-spline: height and gradient are continuous, and along a side of
+ * the picture no slope is steeper than the steepest step between two neighbours there. Servo-safe: 27 pixels are read.
  */
 [[nodiscard]] ReliefPoint reliefAt(const ReliefView& relief, const SurfaceParameters& surface, const Vec3& x,
                                    const Vec3& n) HD_RT;

@@ -3,10 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "daemon/scene/scene_model.h"
+#include "rt/render/surface/relief.h"
+#include "tests/support/seeds.h"
+#include "tests/support/shape/test_surface.h"
 #include "tests/support/shape/texture_upload.h"
 #include "tests/unit/daemon/fake_sink.h"
 
@@ -160,6 +165,55 @@ TEST_F(SurfaceModel, AReliefTooSteepNamesThePixelAndTheDepthThatWouldDo) {
   EXPECT_THAT(set.error().remedy, HasSubstr("0.00796"));
   surface.relief_depth = 0.00796;
   EXPECT_TRUE(scene.setSurface("wall", surface).ok());
+}
+
+TEST_F(SurfaceModel, AReliefTooSteepAslantIsRefusedToo) {
+  ASSERT_TRUE(scene.create(spec, client).ok());
+  std::vector<std::uint16_t> pixels;  // It rises by as much to the right as downward.
+  for (std::uint32_t i = 0; i < 64; ++i) pixels.push_back(static_cast<std::uint16_t>(4000 * (i % 8 + i / 8)));
+  SurfaceSpec surface;
+  surface.relief = add(test::reliefUpload(8, 8, pixels));
+  surface.relief_width = surface.relief_height = 0.004;
+  surface.relief_depth = 1.9 / std::sqrt(2.0) * 65535 * 0.0005 / 4000;  // A slope of 1.9 aslant.
+  EXPECT_TRUE(scene.setSurface("wall", surface).ok());
+  surface.relief_depth *= 2.5 / 1.9;  // Of 1.77 along each side.
+  const auto set = scene.setSurface("wall", surface);
+  ASSERT_FALSE(set.ok());
+  EXPECT_THAT(set.error().what, HasSubstr("the surface at pixel "));
+  EXPECT_THAT(set.error().what, HasSubstr("has a slope of 2.5; 2 is the most"));
+  EXPECT_THAT(set.error().remedy, HasSubstr("make the depth at most 0.0115 m"));
+}
+
+TEST_F(SurfaceModel, AReliefIsNowhereSteeperThanItsSlopes) {
+  std::mt19937 random(seedOf(11));
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (int picture = 0; picture < 40; ++picture) {
+    const std::uint32_t width = 2 + random() % 6, height = 2 + random() % 6;
+    const double blur = picture % 4;
+    const Vec3 wave(number(random), number(random), 3 * number(random));
+    const test::TestRelief t(width, height, [&](auto x, auto y) {
+      const double smooth = 0.5 + 0.5 * std::sin(wave.x() * x + wave.y() * y + wave.z());
+      return (blur * smooth + 0.5 + 0.5 * number(random)) / (blur + 1);
+    });
+    SurfaceParameters laid{};
+    laid.relief_depth = 1e-3;
+    laid.relief_size[0] = 0.001 * width * std::exp(number(random));
+    laid.relief_size[1] = 0.001 * height * std::exp(number(random));
+    double bound = 0;
+    for (const ReliefSlope& slope : reliefSlopes(t.pixels, width, height)) {
+      bound = std::max(bound, 1e-3 * std::hypot(slope.across * width / laid.relief_size[0],
+                                                slope.down * height / laid.relief_size[1]));
+    }
+    double steepest = 0;
+    for (int i = 0; i < 4000; ++i) {
+      const Vec3 x(number(random) * laid.relief_size[0], number(random) * laid.relief_size[1], number(random));
+      steepest = std::max(steepest, reliefAt(t.view.relief, laid, x, Vec3::UnitZ()).gradient.norm());
+      const Vec3 n = Vec3(number(random), number(random), number(random)).normalized();
+      ASSERT_LE(reliefAt(t.view.relief, laid, x, n).gradient.norm(), bound * (1 + 1e-9)) << picture;
+    }
+    EXPECT_LE(steepest, bound * (1 + 1e-9)) << picture;
+    EXPECT_GE(steepest, 0.5 * bound) << picture << ": refused without need";
+  }
 }
 
 TEST_F(SurfaceModel, TheDepthThatIsAdvisedIsTaken) {

@@ -19,10 +19,11 @@ Vec2 toDevice(const Vec3& v_W) { return {-v_W.y(), v_W.x()}; }
 
 Result<void> PantographIo::open(const std::atomic<bool>& stop) {
   if (auto opened = line_->open(); !opened) {
-    stalled_ = stalled_ && opened.error().code != ErrorCode::kNotFound;
+    if (opened.error().code == ErrorCode::kNotFound) stalled_ = unanswered_ = false;
     return opened;
   }
-  open_ = true;
+  if (!unanswered_) there_ns_ = line_->now();
+  open_ = unanswered_ = true;
   asked_ = saturated_ = false;
   check_.forget();
   parser_.reset();
@@ -40,8 +41,10 @@ Result<void> PantographIo::open(const std::atomic<bool>& stop) {
       told = line_->read(buffer, size, until_ns);
       parser_.feed({buffer.data(), size});
       if (!parser_.next()) continue;
-      calibration_.store(stalled_ ? Calibration::kNeeded : Calibration::kDone);
       heard_ns_ = next_ns_ = line_->now();
+      stalled_ = stalled_ || heard_ns_ - there_ns_ > kArmsHeld_ns;
+      unanswered_ = false;
+      calibration_.store(stalled_ ? Calibration::kNeeded : Calibration::kDone);
       return {};
     }
   }
@@ -72,14 +75,18 @@ bool PantographIo::listen(DeviceLink& link, std::int64_t until_ns) noexcept {
 }
 
 bool PantographIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
+  // However it went: if its line is there again before anybody can have pulled the plug, nobody has.
+  const bool there = talk(link, until_ns);
+  stalled_ = stalled_ || !there;
+  return there;
+}
+
+bool PantographIo::talk(DeviceLink& link, std::int64_t until_ns) noexcept {
   while (line_->now() < until_ns) {
     const std::int64_t due_ns = asked_ ? asked_ns_ + kAnswer_ns : next_ns_;
     if (line_->now() < due_ns && !listen(link, std::min(until_ns, due_ns))) return false;
     const std::int64_t now_ns = line_->now();
-    if (now_ns - heard_ns_ >= kSilent_ns) {
-      stalled_ = true;
-      return false;
-    }
+    if (now_ns - heard_ns_ >= kSilent_ns) return false;
     if (asked_ && now_ns - asked_ns_ >= kAnswer_ns) {
       LinkCounters::add(link.counters.lost);
       asked_ = false;

@@ -16,8 +16,8 @@ namespace hapticd {
 
 /**
  * The board counts from where the arms are when it is set up: both straight out, or every place is wrong. So one that
- * fell silent and comes back by itself is not trusted before it was unplugged. Nothing is known of a watchdog in it, so
- * zeros are sent on every way out.
+ * fell silent or took nothing more and comes back by itself is not trusted before it was unplugged. Nothing is known of
+ * a watchdog in it, so zeros are sent on every way out.
  */
 class PantographIo final : public DeviceIo {
  public:
@@ -26,7 +26,9 @@ class PantographIo final : public DeviceIo {
   static constexpr std::int64_t kTrust_ns = 10'000'000;  ///< Age of a reading by which forces may still be computed.
   static constexpr std::int64_t kFirstWord_ns = 1'000'000'000;
   static constexpr std::int64_t kSilent_ns = 1'000'000'000;  ///< Silence after which the board counts as gone.
-  static constexpr double kMostDegreesPerMs = 5;             ///< Of an arm: 14 turns a second.
+  /** So long somebody who plugged it in holds its arms, while it boots. */
+  static constexpr std::int64_t kArmsHeld_ns = 10'000'000'000;
+  static constexpr double kMostDegreesPerMs = 5;  ///< Of an arm: 14 turns a second.
   static constexpr int kBadInARow = 20;
   static constexpr int kZeros = 3;
 
@@ -43,6 +45,8 @@ class PantographIo final : public DeviceIo {
   void safe() noexcept override;
 
  private:
+  /** As exchange(). */
+  [[nodiscard]] bool talk(DeviceLink& link, std::int64_t until_ns) noexcept;
   [[nodiscard]] bool listen(DeviceLink& link, std::int64_t until_ns) noexcept;
   void take(const std::array<float, pantograph::kJoints>& degrees, DeviceLink& link) noexcept;
   [[nodiscard]] std::array<float, pantograph::kJoints> torquesFor(const DeviceCommand& command,
@@ -57,7 +61,9 @@ class PantographIo final : public DeviceIo {
   std::int64_t heard_ns_ = 0, asked_ns_ = 0, next_ns_ = 0;
   std::uint64_t dropped_ = 0;
   bool open_ = false, asked_ = false, saturated_ = false;
-  bool stalled_ = false;  ///< It fell silent and was not unplugged since: nobody holds its arms where it counts from.
+  bool stalled_ = false;       ///< It went and was not unplugged since: nobody holds its arms where it counts from.
+  bool unanswered_ = false;    ///< Its line is there, and it has not answered yet,
+  std::int64_t there_ns_ = 0;  ///< since then.
   ReadingCheck check_{kMostDegreesPerMs, kBadInARow};
 };
 

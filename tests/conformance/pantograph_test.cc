@@ -330,6 +330,46 @@ TEST(PantographIo, ABoardThatFellSilentCountsFromWhereverItsArmsAre) {
   EXPECT_EQ(bench.device->calibration(), Calibration::kDone);
 }
 
+TEST(PantographIo, NorIsOneBelievedThatTookNothingForAWhile) {
+  for (const bool pulled : {false, true}) {
+    Bench bench;
+    bench.hold(Vec3(0.01, 0.02, 0));
+    bench.run(20, push(Vec3(1, 0, 0)));
+    bench.model.deaf = !pulled;
+    if (pulled) bench.trouble(haptic_emu::FaultKind::kUnplug);
+    bench.run(100, {});
+    EXPECT_EQ(bench.sample.status, kDeviceGone);
+    bench.hold(Vec3(-0.01, 0, 0));
+    // Its line was never seen to be away: whether its plug has a bad contact or it hung.
+    bench.model.deaf = false;
+    bench.model.faults.clear();
+    EXPECT_EQ(bench.run(2000, push(Vec3(1, 0, 0))), 0) << pulled;
+    EXPECT_EQ(bench.device->calibration(), Calibration::kNeeded);
+    EXPECT_TRUE(bench.model.force().isZero(0));
+    bench.trouble(haptic_emu::FaultKind::kUnplug);
+    bench.run(1000, {});
+    bench.model.faults.clear();
+    EXPECT_GT(bench.run(1000, {}), 400) << pulled;
+    EXPECT_EQ(bench.device->calibration(), Calibration::kDone);
+  }
+}
+
+TEST(PantographIo, ArmsAreHeldWhileItBootsAndNotForEver) {
+  for (const int seconds : {8, 12}) {
+    Bench bench;
+    bench.hold(Vec3(0.01, 0.02, 0));
+    bench.trouble(haptic_emu::FaultKind::kUnplug);
+    bench.run(1000, {});
+    bench.model.faults.clear();
+    bench.model.deaf = true;
+    bench.run(1000 * seconds, {});
+    bench.model.deaf = false;
+    const bool held = seconds < 10;
+    EXPECT_EQ(bench.run(1000, {}) > 400, held) << seconds;
+    EXPECT_EQ(bench.device->calibration(), held ? Calibration::kDone : Calibration::kNeeded);
+  }
+}
+
 // The kernel's own line discipline: a pair of pseudo terminals.
 TEST(TtyTransport, PassesEveryByteAndLocksTheLine) {
   const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);

@@ -23,6 +23,7 @@ class SerialModel {
   virtual void hear(std::span<const std::uint8_t> bytes) = 0;
   /** What it has said by now. */
   std::deque<std::uint8_t> said;
+  bool deaf = false;  ///< Takes nothing: the line fills up.
 
   [[nodiscard]] bool plugged() const { return !faults.active(FaultKind::kUnplug, now_ns_); }
   FaultPlan faults;
@@ -58,7 +59,7 @@ class InProcessSerial final : public hapticd::SerialTransport {
     return false;
   }
   [[nodiscard]] bool write(std::span<const std::uint8_t> bytes) noexcept override {
-    if (!there()) return false;
+    if (!there() || model_.deaf) return false;
     model_.hear(bytes);
     return true;
   }

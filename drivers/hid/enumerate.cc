@@ -4,6 +4,7 @@
 #include <hidapi/hidapi.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 namespace hapticd {
@@ -28,6 +29,11 @@ std::string utf8(const wchar_t* text) {
     }
   }
   return out;
+}
+
+std::string deviceFolderOf(const std::string& path) {
+  const std::size_t slash = path.rfind('/');
+  return "/sys/class/hidraw/" + (slash == std::string::npos ? path : path.substr(slash + 1)) + "/device";
 }
 
 }  // namespace
@@ -75,13 +81,16 @@ Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wan
 
 std::vector<std::uint8_t> reportDescriptorOf(const std::string& path) {
   constexpr std::size_t kLargest = 4096;  // HID_MAX_DESCRIPTOR_SIZE of the kernel.
-  const std::size_t slash = path.rfind('/');
-  const std::string node = slash == std::string::npos ? path : path.substr(slash + 1);
-  const std::string file = "/sys/class/hidraw/" + node + "/device/report_descriptor";
+  const std::string file = deviceFolderOf(path) + "/report_descriptor";
   std::vector<std::uint8_t> bytes(kLargest);
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rbe"), &std::fclose);
   bytes.resize(in ? std::fread(bytes.data(), 1, bytes.size(), in.get()) : 0);
   return bytes;
+}
+
+std::string hidInstanceOf(const std::string& path) {
+  std::error_code none;
+  return std::filesystem::read_symlink(deviceFolderOf(path), none).filename().string();
 }
 
 }  // namespace hapticd

@@ -47,5 +47,7 @@ struct HidWanted {
 
 /** The report descriptor of a node, from sysfs, without opening it; empty if it cannot be read. */
 [[nodiscard]] std::vector<std::uint8_t> reportDescriptorOf(const std::string& path);
+/** The kernel's name for what is plugged in there, "0003:16C0:0486.0007", which it uses once. "": unknown. */
+[[nodiscard]] std::string hidInstanceOf(const std::string& path);
 
 }  // namespace hapticd

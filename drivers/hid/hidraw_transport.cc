@@ -52,6 +52,7 @@ Result<void> HidrawTransport::open() {
   }
   node_.lend(node);
   descriptor_ = reportDescriptorOf(path);
+  plugged_ = {fmt::format("{:04x}:{:04x} {}", found->vendor, found->product, found->serial), hidInstanceOf(path)};
   return {};
 }
 

@@ -26,6 +26,7 @@ class HidrawTransport final : public HidTransport {
   [[nodiscard]] Result<void> open() override;
   void close() noexcept override;
   [[nodiscard]] const std::vector<std::uint8_t>& descriptor() const noexcept override { return descriptor_; }
+  [[nodiscard]] HidPlugged plugged() const override { return plugged_; }
   [[nodiscard]] std::int64_t now() const noexcept override;
   [[nodiscard]] HidResult read(std::span<std::uint8_t> buffer, std::size_t& size,
                                std::int64_t until_ns) noexcept override;
@@ -41,6 +42,7 @@ class HidrawTransport final : public HidTransport {
   hid_device_* device_ = nullptr;
   Lent<int, -1> node_;  ///< For lastWords().
   std::vector<std::uint8_t> descriptor_;
+  HidPlugged plugged_;
 };
 
 }  // namespace hapticd

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "rt/base/error.h"
@@ -22,6 +23,12 @@ enum class HidResult : std::uint8_t {
   kNothing,  ///< No report within the time.
   kRefused,  ///< The device does not take or give this report; it is still there.
   kGone,     ///< Unplugged.
+};
+
+/** What a transport has open. */
+struct HidPlugged {
+  std::string device;    ///< Its IDs and its serial number: two of a kind without one have the same.
+  std::string plugging;  ///< Another each time that anything is plugged in; "": nobody knows.
 };
 
 /**
@@ -43,6 +50,7 @@ class HidTransport {
   virtual void close() noexcept = 0;
   /** The report descriptor, raw; empty before open. */
   [[nodiscard]] virtual const std::vector<std::uint8_t>& descriptor() const noexcept = 0;
+  [[nodiscard]] virtual HidPlugged plugged() const { return {}; }
 
   /** CLOCK_MONOTONIC, or the model's time [ns]. */
   [[nodiscard]] virtual std::int64_t now() const noexcept = 0;

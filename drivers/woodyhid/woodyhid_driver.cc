@@ -148,6 +148,8 @@ Result<WoodySetup> resolveWoody(const DeviceUri& uri) {
   setup.info = infoOf(*setup.model);
   setup.info.serial = setup.parameters.serial;
   setup.info.uri = formatDeviceUri({"woodyhid", name, difference(woodyParameterTable(), setup.parameters, {})});
+  static const auto counters = std::make_shared<WoodyCounters>();
+  setup.counters = counters;
   setup.hid = [parameters = setup.parameters] { return std::make_unique<HidrawTransport>(wantedBy(parameters)); };
   return setup;
 }

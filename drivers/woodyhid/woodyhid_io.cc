@@ -15,7 +15,9 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
   const Result<HidReports> reports = HidReports::parse(hid_->descriptor());
   const std::size_t declared = reports ? reports->reportBytes(HidKind::kOutput, 0) : 0;
   report_bytes_.store(1 + std::clamp(declared, woodyhid::kReportBytes, woodyhid::kTeensyReportBytes));
-  calibration_.store(setup_.parameters.calibrated && !was_open_ ? Calibration::kDone : Calibration::kNeeded);
+  plugged_ = setup_.counters->of(hid_->plugged());
+  const bool counts = setup_.parameters.calibrated && !plugged_->lost.load();
+  calibration_.store(counts ? Calibration::kDone : Calibration::kNeeded);
   may_press_ = calibrating_ = saturated_ = asked_ = false;
   check_.forget();
   still_ = 0;
@@ -28,7 +30,6 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
     const HidResult got = readNewest(*hid_, buffer, size, sent_ns_ + kKick_ns);
     if (got == HidResult::kGone) break;
     if (got != HidResult::kOk || !woodyhid::decode({buffer.data(), size})) continue;
-    was_open_ = true;
     return {};
   }
   return Error{ErrorCode::kTimeout, setup_.info.uri, "the device does not answer as WoodenHaptics or Polhem do",
@@ -52,7 +53,18 @@ bool WoodyIo::send(const woodyhid::Report& report) noexcept {
   return hid_->write({report.data(), report_bytes_.load()}) == HidResult::kOk;
 }
 
+void WoodyIo::countsLost() noexcept {
+  calibration_.store(Calibration::kNeeded);
+  plugged_->lost.store(true);
+}
+
 bool WoodyIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
+  const bool there = talk(link, until_ns);
+  if (!there) countsLost();  // For whoever opens it next, too.
+  return there;
+}
+
+bool WoodyIo::talk(DeviceLink& link, std::int64_t until_ns) noexcept {
   std::array<std::uint8_t, HidTransport::kLargestReport> buffer;
   std::size_t size = 0;
   const HidResult got = readNewest(*hid_, buffer, size, std::min(until_ns, sent_ns_ + kKick_ns));
@@ -88,6 +100,7 @@ void WoodyIo::take(const woodyhid::Reading& reading, std::int64_t now_ns, Device
   if (calibrating_ && !reading.calibrate) {
     calibrating_ = false;
     check_.forget();
+    plugged_->lost.store(false);
     calibration_.store(Calibration::kDone);
   }
   if (calibration_.load() != Calibration::kDone) return;
@@ -98,7 +111,7 @@ void WoodyIo::take(const woodyhid::Reading& reading, std::int64_t now_ns, Device
     LinkCounters::add(link.counters.rejected);
     if (verdict == ReadingCheck::Verdict::kDropped) return;
     // Counts were lost, or it was not calibrated where it should have been.
-    calibration_.store(Calibration::kNeeded);
+    countsLost();
     link.publishStatus(kDeviceError);
     return;
   }
@@ -132,7 +145,7 @@ woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, const DeviceC
   if (command.enabled) {
     may_press_ = false;
     // The arm may have left its pose before the counters were heard.
-    if (calibrating_) calibration_.store(Calibration::kNeeded);
+    if (calibrating_) countsLost();
     calibrating_ = false;
   }
   if (reading != nullptr && reading->calibrate && !command.enabled) {
@@ -141,6 +154,7 @@ woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, const DeviceC
     if (may_press_ || calibrating_) {
       calibrating_ = true;
       deaf_ = 0;
+      plugged_->lost.store(true);  // Until they are heard.
       calibration_.store(Calibration::kRunning);
     } else if (calibration_.load() == Calibration::kDone && still_ < kStill) {
       return woodyhid::encodeCurrents({});  // Of a moving arm these counts are old when they are heard.

@@ -46,6 +46,10 @@ class WoodyIo final : public DeviceIo {
   void safe() noexcept override;
 
  private:
+  /** As exchange(). */
+  [[nodiscard]] bool talk(DeviceLink& link, std::int64_t until_ns) noexcept;
+  /** Only the button makes it good. */
+  void countsLost() noexcept;
   [[nodiscard]] bool send(const woodyhid::Report& report) noexcept;
   [[nodiscard]] double movedTo(const woodyhid::Reading& reading) const noexcept;
   void take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
@@ -59,7 +63,7 @@ class WoodyIo final : public DeviceIo {
   /** Of what goes out, its ID included. safe() may come before it is known; any board takes as much as this. */
   std::atomic<std::size_t> report_bytes_{1 + woodyhid::kReportBytes};
   std::atomic<Calibration> calibration_{Calibration::kNeeded};
-  bool was_open_ = false;     ///< From then on it may have lost its power, and its counters.
+  std::shared_ptr<WoodyPlugged> plugged_;
   bool may_press_ = false;    ///< The button was seen up while the motors were off.
   bool calibrating_ = false;  ///< It was told the counters of calibration; its button is not up yet.
   int deaf_ = 0;              ///< Reports since then.

@@ -13,6 +13,7 @@
 #include "drivers/parameters.h"
 #include "drivers/registry.h"
 #include "drivers/woodyhid/woody_model.h"
+#include "drivers/woodyhid/woodyhid_counters.h"
 
 namespace hapticd {
 
@@ -31,6 +32,7 @@ struct WoodySetup {
   WoodyParameters parameters;
   DeviceInfo info;
   std::function<std::unique_ptr<HidTransport>()> hid;
+  std::shared_ptr<WoodyCounters> counters;  ///< The process's.
 };
 
 /** The setup of a URI; the device need not be plugged in yet. kInvalidArgument lists the models. */

@@ -14,6 +14,7 @@ WoodySetup played(haptic_emu::WoodyKind kind, haptic_emu::WoodyHidModel& model, 
   if (key != nullptr) uri.query.emplace_back(key, "1");
   auto setup = resolveWoody(uri);
   EXPECT_TRUE(setup.ok());
+  setup->counters = std::make_shared<WoodyCounters>();
   setup->hid = [&model, &clock] { return std::make_unique<haptic_emu::InProcessHid>(model, clock); };
   return std::move(*setup);
 }

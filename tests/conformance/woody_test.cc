@@ -216,6 +216,63 @@ TEST(WoodyIo, CountersOfAnEarlierSessionServeIfTheUserSaysSo) {
   EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
 }
 
+/** Opened anew, as when it was closed: a device object of its own. Whether it counts as calibrated. */
+bool calibratedAnew(WoodyRig& rig) {
+  WoodyIo again(rig.setup);
+  EXPECT_TRUE(again.open(std::atomic<bool>{false}).ok());
+  return again.calibration() == Calibration::kDone;
+}
+
+TEST(WoodyIo, TheUsersWordHoldsUntilTheDeviceIsUnpluggedWhoeverOpensIt) {
+  WoodyRig rig(WoodyKind::kWooden2015, 64, "calibrated");
+  DeviceSample sample;
+  ASSERT_TRUE(rig.device().open().ok());
+  run(rig, 50, {}, sample);
+  rig.device().close();
+  EXPECT_TRUE(calibratedAnew(rig)) << "it had its power all the while";
+  rig.unplug();
+  run(rig, 10, {}, sample);  // While nobody has it open.
+  rig.plugIn();
+  EXPECT_FALSE(calibratedAnew(rig));
+  EXPECT_FALSE(calibratedAnew(rig)) << "and not the second time";
+  ASSERT_TRUE(rig.device().open().ok());
+  EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  rig.calibrate();
+  rig.device().close();
+  EXPECT_TRUE(calibratedAnew(rig)) << "its counters were set since";
+  ASSERT_TRUE(rig.device().open().ok());
+  rig.unplug();
+  run(rig, 10, {}, sample);
+  rig.device().close();
+  rig.plugIn();
+  EXPECT_FALSE(calibratedAnew(rig));
+}
+
+TEST(WoodyIo, NorDoesItHoldOnceItWasSeenThatCountsWereLost) {
+  WoodyRig rig(WoodyKind::kWooden2015, 64, "calibrated");
+  rig.makeReady();
+  DeviceSample sample;
+  run(rig, 50, {}, sample);
+  rig.trouble(Trouble::kEncoderJump, true);
+  run(rig, 50, {}, sample);
+  ASSERT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  rig.trouble(Trouble::kEncoderJump, false);
+  rig.device().close();
+  EXPECT_FALSE(calibratedAnew(rig));
+}
+
+TEST(WoodyCounters, OneThatWasSeenBeforeHasLostThemAndAnotherHasNot) {
+  WoodyCounters counters;
+  const auto first = counters.of({"16c0:0486 A", "1"});
+  EXPECT_FALSE(first->lost.load());
+  EXPECT_EQ(counters.of({"16c0:0486 A", "1"}), first);
+  EXPECT_TRUE(counters.of({"16c0:0486 A", "2"})->lost.load());
+  EXPECT_FALSE(counters.of({"16c0:0486 B", "3"})->lost.load());
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(counters.of({"16c0:0486 A", std::to_string(4 + i)})->lost.load());
+  EXPECT_TRUE(counters.of({"16c0:0486 A", ""})->lost.load()) << "nobody knows since when";
+  EXPECT_FALSE(counters.of({"16c0:0486 B", "3"})->lost.load());
+}
+
 TEST(WoodyIo, TheDevicesOwnWatchdogOutlivesThisProcess) {
   WoodyRig rig(WoodyKind::kWooden2015);
   rig.makeReady();

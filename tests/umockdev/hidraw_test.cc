@@ -40,6 +40,7 @@ TEST(Umockdev, ASpaceMouseIsFoundByUdevAndItsCapMovesTheTool) {
   EXPECT_EQ(found[0].name, "SpaceMouse Pro Wireless");
   EXPECT_EQ(found[0].serial, "EMU7");
   EXPECT_EQ(reportDescriptorOf(found[0].path), model.descriptor());
+  EXPECT_EQ(hidInstanceOf(found[0].path), "0003:256F:C631.0007");
 
   auto device = makeDevice("spacemouse://EMU7");
   ASSERT_TRUE(device.ok()) << toString(device.error());

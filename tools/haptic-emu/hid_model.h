@@ -33,11 +33,14 @@ class HidModel {
 
   [[nodiscard]] bool plugged() const { return !faults.active(FaultKind::kUnplug, now_ns_); }
   [[nodiscard]] std::int64_t now() const { return now_ns_; }
+  /** How often it got its power, of one that forgets something with it. */
+  [[nodiscard]] std::uint64_t pluggings() const { return pluggings_; }
 
   FaultPlan faults;
 
  protected:
   std::int64_t now_ns_ = 0;
+  std::uint64_t pluggings_ = 0;
 };
 
 }  // namespace haptic_emu

@@ -22,6 +22,7 @@ class InProcessHid final : public hapticd::HidTransport {
   [[nodiscard]] hapticd::Result<void> open() override;
   void close() noexcept override { open_ = false; }
   [[nodiscard]] const std::vector<std::uint8_t>& descriptor() const noexcept override { return model_.descriptor(); }
+  [[nodiscard]] hapticd::HidPlugged plugged() const override { return {"played", std::to_string(model_.pluggings())}; }
   [[nodiscard]] std::int64_t now() const noexcept override { return clock_.now(); }
   [[nodiscard]] hapticd::HidResult read(std::span<std::uint8_t> buffer, std::size_t& size,
                                         std::int64_t until_ns) noexcept override;

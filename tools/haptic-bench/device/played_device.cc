@@ -83,6 +83,7 @@ class TimedHid final : public HidTransport {
   Result<void> open() override { return hid_->open(); }
   void close() noexcept override { hid_->close(); }
   const std::vector<std::uint8_t>& descriptor() const noexcept override { return hid_->descriptor(); }
+  HidPlugged plugged() const override { return hid_->plugged(); }
   std::int64_t now() const noexcept override { return hid_->now(); }
   HidResult read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept override {
     const TimedSpan span(cost_);

@@ -40,6 +40,7 @@ void WoodyHidModel::advance(std::int64_t t_ns) {
   }
   if (!powered_) {
     powered_ = true;
+    ++pluggings_;
     const Vec3 counts = woodyCounts(kind_, woodyJoints(kind_, hand.position()));
     for (int i = 0; i < 3; ++i) zero_[static_cast<std::size_t>(i)] = counts[i];
     heard_ns_ = next_ns_ = stepped_ns_ = now_ns_;

@@ -36,6 +36,12 @@ std::string deviceFolderOf(const std::string& path) {
   return "/sys/class/hidraw/" + (slash == std::string::npos ? path : path.substr(slash + 1)) + "/device";
 }
 
+bool isSame(const HidFound& was, const HidFound& now) {
+  const bool alike = was.vendor == now.vendor && was.product == now.product && was.serial == now.serial;
+  if (!alike || !now.serial.empty()) return alike;
+  return was.manufacturer == now.manufacturer && was.name == now.name && was.socket == now.socket;
+}
+
 }  // namespace
 
 std::mutex& hidapiLock() {
@@ -59,18 +65,30 @@ std::vector<HidFound> findHid() {
     one.manufacturer = utf8(at->manufacturer_string);
     one.name = utf8(at->product_string);
     one.usage_page = at->usage_page;
+    std::error_code unknown;
+    const std::filesystem::path device = std::filesystem::canonical(deviceFolderOf(path), unknown);
+    one.instance = device.filename().string();
+    one.socket = device.parent_path().string();
   }
   return found;
 }
 
 Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wanted) {
   std::string there;
+  bool another = false;
   for (const HidFound& one : found) {
     if (wanted.fits && !wanted.fits(one)) continue;
     const bool meant =
         (wanted.path.empty() || wanted.path == one.path) && (wanted.serial.empty() || wanted.serial == one.serial);
-    if (meant) return one;
+    if (meant && (!wanted.same || isSame(*wanted.same, one))) return one;
+    another = another || meant;
     there += fmt::format("{}{} ({})", there.empty() ? "" : ", ", one.path, one.serial);
+  }
+  if (another) {
+    return Error{ErrorCode::kNotFound, "HID devices",
+                 fmt::format("another stands in the place of {}: there are {}", wanted.what, there),
+                 wanted.same->serial.empty() ? "plug in the one that was, into the socket where it was"
+                                             : "plug in the one that was, of serial number " + wanted.same->serial};
   }
   const std::string which = !wanted.path.empty()     ? " at " + wanted.path
                             : !wanted.serial.empty() ? " of serial number " + wanted.serial
@@ -86,11 +104,6 @@ std::vector<std::uint8_t> reportDescriptorOf(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rbe"), &std::fclose);
   bytes.resize(in ? std::fread(bytes.data(), 1, bytes.size(), in.get()) : 0);
   return bytes;
-}
-
-std::string hidInstanceOf(const std::string& path) {
-  std::error_code none;
-  return std::filesystem::read_symlink(deviceFolderOf(path), none).filename().string();
 }
 
 }  // namespace hapticd

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct HidFound {
   std::uint16_t vendor = 0, product = 0;
   std::string serial, manufacturer, name;  ///< UTF-8; empty where the device has none.
   std::uint16_t usage_page = 0;
+  std::string instance;  ///< The kernel's name for what is plugged in, "0003:16C0:0486.0007", which it uses once.
+  std::string socket;    ///< Where, in sysfs: "/sys/.../1-2/1-2:1.0". Both empty where that cannot be read.
 };
 
 /** Which of them is meant. All that is set must fit. */
@@ -27,6 +30,7 @@ struct HidWanted {
   std::string path;                           ///< "" for any.
   std::string serial;                         ///< "" for any.
   std::string what;                           ///< For errors: "a SpaceMouse".
+  std::optional<HidFound> same{};             ///< This one, plugged in again.
 };
 
 /** hidapi keeps its last error in one place for all threads: held around every call that lists or opens. */
@@ -35,7 +39,10 @@ struct HidWanted {
 /** Each node once, with its first usage. Not for the servo: it reads sysfs and allocates. */
 [[nodiscard]] std::vector<HidFound> findHid();
 
-/** The first of `found` that is meant; kNotFound lists those that the driver could serve. */
+/**
+ * The first of `found` that is meant; kNotFound lists those that the driver could serve. The same is of the same kind
+ * and serial number; without one it stands in the same socket, for nothing else tells two of a kind apart.
+ */
 [[nodiscard]] Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wanted);
 
 /** The serial number that a URI's authority asks for; "" for any. */
@@ -47,7 +54,5 @@ struct HidWanted {
 
 /** The report descriptor of a node, from sysfs, without opening it; empty if it cannot be read. */
 [[nodiscard]] std::vector<std::uint8_t> reportDescriptorOf(const std::string& path);
-/** The kernel's name for what is plugged in there, "0003:16C0:0486.0007", which it uses once. "": unknown. */
-[[nodiscard]] std::string hidInstanceOf(const std::string& path);
 
 }  // namespace hapticd

@@ -52,7 +52,8 @@ Result<void> HidrawTransport::open() {
   }
   node_.lend(node);
   descriptor_ = reportDescriptorOf(path);
-  plugged_ = {fmt::format("{:04x}:{:04x} {}", found->vendor, found->product, found->serial), hidInstanceOf(path)};
+  plugged_ = {fmt::format("{:04x}:{:04x} {}", found->vendor, found->product, found->serial), found->instance};
+  wanted_.same = std::move(*found);
   return {};
 }
 

@@ -14,7 +14,8 @@ namespace hapticd {
 /**
  * hidapi reads, writes and gets features; a second descriptor of the same node holds the lock that keeps other daemons
  * away, and carries lastWords(), for hidapi allocates when a write fails. Looks for the device anew in each open(), so
- * that one that was plugged into another socket is found again by its serial number.
+ * that one that was plugged into another socket is found again by its serial number. Never another
+ * than the first that it had open.
  */
 class HidrawTransport final : public HidTransport {
  public:

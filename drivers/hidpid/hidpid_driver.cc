@@ -96,6 +96,7 @@ Result<HidPidSetup> resolveHidPid(const DeviceUri& uri, const std::vector<HidFou
     if (!found.value().name.empty()) info.model = found.value().name;
     info.manufacturer = found.value().manufacturer;
     wanted.serial = info.serial = found.value().serial;
+    wanted.same = found.value();
     if (const auto layout = layoutAt(found.value().path)) {
       info.buttons = static_cast<std::uint32_t>(layout->buttons);
       axes = layout->axes;

@@ -68,6 +68,7 @@ Result<SpaceMouseSetup> resolveSpaceMouse(const DeviceUri& uri, const std::vecto
       info.buttons = product->buttons;
     }
     wanted.serial = info.serial = found.value().serial;
+    wanted.same = found.value();
   }
   info.uri = formatDeviceUri({"spacemouse", authorityOf(wanted.serial), difference(spaceMouseParameterTable(), p, {})});
   info.manufacturer = "3Dconnexion";

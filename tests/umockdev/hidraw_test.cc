@@ -40,7 +40,8 @@ TEST(Umockdev, ASpaceMouseIsFoundByUdevAndItsCapMovesTheTool) {
   EXPECT_EQ(found[0].name, "SpaceMouse Pro Wireless");
   EXPECT_EQ(found[0].serial, "EMU7");
   EXPECT_EQ(reportDescriptorOf(found[0].path), model.descriptor());
-  EXPECT_EQ(hidInstanceOf(found[0].path), "0003:256F:C631.0007");
+  EXPECT_EQ(found[0].instance, "0003:256F:C631.0007");
+  EXPECT_EQ(found[0].socket, "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-2/1-2:1.0");
 
   auto device = makeDevice("spacemouse://EMU7");
   ASSERT_TRUE(device.ok()) << toString(device.error());
@@ -146,6 +147,32 @@ TEST(Umockdev, TheSecondOnANodeIsToldThatItIsTaken) {
   (*first)->close();
   EXPECT_TRUE((*second)->open().ok()) << "close gives it back";
   (*second)->close();
+}
+
+TEST(Umockdev, WhatStandsInThePlaceOfADeviceThatWasPulledIsNotTaken) {
+  haptic_emu::PidModel model;
+  const HidIdentity stick{0x1209, 0xffb0, "OpenFFBoard", "Joystick", ""};
+  HidIdentity wheel = stick;
+  wheel.name = "Wheel";
+  HidrawTransport hid({{}, "", "", "a joystick"});
+  for (const auto& [stands, taken] : {std::pair{stick, true}, {wheel, false}, {stick, true}}) {
+    HidrawTestbed bed(model, stands);
+    const auto opened = hid.open();
+    EXPECT_EQ(opened.ok(), taken) << stands.name;
+    EXPECT_THAT(opened ? "" : toString(opened.error()),
+                ::testing::HasSubstr(taken ? "" : "another stands in the place"));
+    hid.close();
+  }
+  std::unique_ptr<Device> device;
+  {
+    HidrawTestbed bed(model, stick);
+    auto made = makeDevice("hidpid://default");
+    ASSERT_TRUE(made.ok());
+    device = std::move(*made);
+  }
+  HidrawTestbed bed(model, wheel);
+  EXPECT_FALSE(device->open().ok()) << "it was told with the buttons and axes of another";
+  device->close();
 }
 
 TEST(Umockdev, NothingIsFoundWhereNothingIs) {

@@ -66,5 +66,48 @@ TEST(HidNames, WhoIsNotThereIsToldWhoIs) {
   EXPECT_THAT(toString(none.error()), HasSubstr("there are /dev/hidraw0 (A1), /dev/hidraw1 (B2), /dev/hidraw2 ()"));
 }
 
+/** What is taken for `was` where another of its kind, with a serial number, and `now` are plugged in. */
+Result<HidFound> again(const HidFound& was, const HidFound& now) {
+  return choose({three()[0], now}, {{}, "", "", "a joystick", was});
+}
+
+TEST(HidNames, ADeviceThatWasPulledIsFoundAgainInAnySocketByItsSerialNumber) {
+  const HidFound was = three()[1];
+  HidFound now = was;
+  now.path = "/dev/hidraw9";
+  now.socket = "/sys/1-7:1.0";
+  EXPECT_EQ(again(was, now)->path, "/dev/hidraw9");
+  const auto none = again(was, three()[2]);
+  ASSERT_FALSE(none.ok()) << "another is not it";
+  EXPECT_THAT(toString(none.error()), HasSubstr("another stands in the place of a joystick"));
+  EXPECT_THAT(toString(none.error()), HasSubstr("of serial number B2"));
+}
+
+TEST(HidNames, OneWithoutASerialNumberIsFoundAgainOnlyWhereItWasAndIfItLooksTheSame) {
+  HidFound was;
+  was.path = "/dev/hidraw5";
+  was.vendor = 0x1209;
+  was.product = 0xffb0;
+  was.manufacturer = "Makers";
+  was.name = "Wheel";
+  was.socket = "/sys/1-2:1.0";
+  HidFound now = was;
+  now.path = "/dev/hidraw6";  // The kernel counts on.
+  now.instance = "0003:1209:FFB0.0008";
+  EXPECT_EQ(again(was, now)->path, "/dev/hidraw6");
+  const auto other = [&](auto&& change) {
+    HidFound one = now;
+    change(one);
+    const auto found = again(was, one);
+    return !found.ok() && toString(found.error()).find("into the socket where it was") != std::string::npos;
+  };
+  EXPECT_TRUE(other([](HidFound& one) { one.vendor = 0x1210; }));
+  EXPECT_TRUE(other([](HidFound& one) { one.product = 0xffb1; }));
+  EXPECT_TRUE(other([](HidFound& one) { one.manufacturer = "Others"; }));
+  EXPECT_TRUE(other([](HidFound& one) { one.name = "Large wheel"; }));
+  EXPECT_TRUE(other([](HidFound& one) { one.serial = "C3"; }));
+  EXPECT_TRUE(other([](HidFound& one) { one.socket = "/sys/1-3:1.0"; }));
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -1,11 +1,20 @@
 #include "drivers/spacemouse/spacemouse_driver.h"
 
 #include "drivers/hid/hidraw_transport.h"
+#include "drivers/hid/report_descriptor.h"
 #include "drivers/link/io_device.h"
 #include "drivers/spacemouse/spacemouse_io.h"
 
 namespace hapticd {
 namespace {
+
+/** Receivers have interfaces for keys and pointers beside. One that does not tell, or not so that we read it, may be.
+ */
+bool mayBeCap(const std::vector<std::uint8_t>& descriptor) {
+  constexpr HidUsage kMultiAxisController = hidUsage(0x01, 0x08);
+  const Result<HidReports> reports = HidReports::parse(descriptor);
+  return descriptor.empty() || !reports || reports->hasCollection(kMultiAxisController);
+}
 
 std::vector<HidFound> plugged() {
   std::vector<HidFound> all = findHid();
@@ -30,7 +39,9 @@ void find(std::vector<DeviceFound>& found) {
 
 }  // namespace
 
-bool isSpaceMouse(const HidFound& found) { return spacemouse::findProduct(found.vendor, found.product) != nullptr; }
+bool isSpaceMouse(const HidFound& found) {
+  return spacemouse::findProduct(found.vendor, found.product) != nullptr && mayBeCap(reportDescriptorOf(found.path));
+}
 
 const std::vector<Parameter<SpaceMouseParameters>>& spaceMouseParameterTable() {
   using S = SpaceMouseParameters;

@@ -57,6 +57,33 @@ TEST(Umockdev, ASpaceMouseIsFoundByUdevAndItsCapMovesTheTool) {
   (*device)->close();
 }
 
+TEST(Umockdev, OfTheInterfacesOfAReceiverTheOneWithTheCapIsTaken) {
+  const auto application = [](std::uint8_t usage) {  // Of the generic desktop page, with a byte to tell.
+    return haptic_emu::HidModel::Bytes{0x05, 0x01, 0x09, usage, 0xa1, 0x01, 0x09, 0x30, 0x15, 0x00,
+                                       0x25, 0x7f, 0x75, 0x08,  0x95, 0x01, 0x81, 0x02, 0xc0};
+  };
+  haptic_emu::SpaceMouseModel model(true);
+  HidrawTestbed bed(model, {0x256f, 0xc652, "3Dconnexion", "Universal Receiver", ""},
+                    {application(6), application(2), application(0)});
+  ASSERT_EQ(findHid().size(), 4u);
+  std::vector<std::string> listed;
+  for (const DeviceFound& found : findDevices()) {
+    if (found.info.driver == "spacemouse") listed.push_back(found.info.uri);
+  }
+  EXPECT_THAT(listed, ::testing::ElementsAre("spacemouse://default"));
+  const auto device = makeDevice("spacemouse://default");
+  ASSERT_TRUE(device.ok()) << toString(device.error());
+  const auto opened = (*device)->open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  {
+    const auto held = bed.hold();
+    model.push({350, 0, 0, 0, 0, 0});
+  }
+  DeviceSample sample;
+  EXPECT_TRUE(served(**device, sample, [&] { return sample.p.y() > 0.01; })) << sample.p.transpose();
+  (*device)->close();
+}
+
 TEST(Umockdev, AWoodenHapticsArmIsHeardAndSpokenTo) {
   haptic_emu::WoodyHidModel model(haptic_emu::WoodyKind::kWooden2015);
   HidrawTestbed bed(model, {0x16c0, 0x0486, "Teensyduino", "WoodenHaptics", "W1"});

@@ -14,20 +14,28 @@
 namespace hapticd::test {
 namespace {
 
-std::string described(const HidIdentity& who, const haptic_emu::HidModel::Bytes& descriptor) {
-  std::string hex;
-  for (const std::uint8_t byte : descriptor) hex += fmt::format("{:02X}", byte);
-  const std::string usb = "/devices/pci0000:00/0000:00:14.0/usb1/1-2";
-  const std::string hid = fmt::format("{}/1-2:1.0/0003:{:04X}:{:04X}.0007", usb, who.vendor, who.product);
+constexpr const char* kUsb = "/devices/pci0000:00/0000:00:14.0/usb1/1-2";
+
+std::string device(const HidIdentity& who) {
   return fmt::format(
       "P: {0}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nA: idVendor={1:04x}\nA: idProduct={2:04x}\nA: bcdDevice=0100\n"
-      "A: manufacturer={3}\nA: product={4}\nA: serial={5}\n\n"
-      "P: {0}/1-2:1.0\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\nA: bInterfaceNumber=00\n\n"
-      "P: {6}\nE: SUBSYSTEM=hid\nE: HID_ID=0003:{1:08X}:{2:08X}\nE: HID_NAME={3} {4}\nE: HID_UNIQ={5}\n"
+      "A: manufacturer={3}\nA: product={4}\nA: serial={5}\n\n",
+      kUsb, who.vendor, who.product, who.manufacturer, who.name, who.serial);
+}
+
+std::string interface(const HidIdentity& who, const haptic_emu::HidModel::Bytes& descriptor, std::size_t number,
+                      std::size_t node) {
+  std::string hex;
+  for (const std::uint8_t byte : descriptor) hex += fmt::format("{:02X}", byte);
+  const std::string name = fmt::format("0003:{:04X}:{:04X}.{:04X}", who.vendor, who.product, node);
+  const std::string hid = fmt::format("{}/1-2:1.{}/{}", kUsb, number, name);
+  return fmt::format(
+      "P: {0}/1-2:1.{1}\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_interface\nA: bInterfaceNumber={1:02}\n\n"
+      "P: {6}\nE: SUBSYSTEM=hid\nE: HID_ID=0003:{2:08X}:{3:08X}\nE: HID_NAME={4}\nE: HID_UNIQ={5}\n"
       "H: report_descriptor={7}\n\n"
-      "P: {6}/hidraw/hidraw7\nN: hidraw7\nE: SUBSYSTEM=hidraw\nE: DEVNAME=/dev/hidraw7\nL: device=../../../{8}\n"
-      "A: dev=241:7\\n\n",
-      usb, who.vendor, who.product, who.manufacturer, who.name, who.serial, hid, hex, hid.substr(hid.rfind('/') + 1));
+      "P: {6}/hidraw/hidraw{8}\nN: hidraw{8}\nE: SUBSYSTEM=hidraw\nE: DEVNAME=/dev/hidraw{8}\nL: device=../../../{9}\n"
+      "A: dev=241:{8}\\n\n\n",
+      kUsb, number, who.vendor, who.product, who.manufacturer + " " + who.name, who.serial, hid, hex, node, name);
 }
 
 constexpr unsigned kSetFeature = _IOC_NR(HIDIOCSFEATURE(1)), kGetFeature = _IOC_NR(HIDIOCGFEATURE(1));
@@ -39,11 +47,15 @@ void put(UMockdevIoctlData* where, std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-HidrawTestbed::HidrawTestbed(haptic_emu::HidModel& model, const HidIdentity& identity)
+HidrawTestbed::HidrawTestbed(haptic_emu::HidModel& model, const HidIdentity& identity,
+                             const std::vector<haptic_emu::HidModel::Bytes>& before)
     : model_(model), start_ns_(MonotonicClock().now()) {
   bed_ = umockdev_testbed_new();
   GError* error = nullptr;
-  const bool added = umockdev_testbed_add_from_string(bed_, described(identity, model.descriptor()).c_str(), &error);
+  std::string all = device(identity);
+  for (std::size_t i = 0; i < before.size(); ++i) all += interface(identity, before[i], i, 1 + i);
+  all += interface(identity, model.descriptor(), before.size(), 7);
+  const bool added = umockdev_testbed_add_from_string(bed_, all.c_str(), &error);
   EXPECT_TRUE(added) << (error != nullptr ? error->message : "");
   handler_ = umockdev_ioctl_base_new();
   g_signal_connect(handler_, "handle-ioctl", G_CALLBACK(&HidrawTestbed::onIoctl), this);

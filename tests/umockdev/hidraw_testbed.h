@@ -8,6 +8,7 @@
 
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "tools/haptic-emu/hid_model.h"
 
@@ -24,7 +25,9 @@ class HidrawTestbed {
  public:
   static constexpr const char* kNode = "/dev/hidraw7";
 
-  HidrawTestbed(haptic_emu::HidModel& model, const HidIdentity& identity);
+  /** `before`: descriptors of other interfaces of it, which come before the played one and answer nothing. */
+  HidrawTestbed(haptic_emu::HidModel& model, const HidIdentity& identity,
+                const std::vector<haptic_emu::HidModel::Bytes>& before = {});
   ~HidrawTestbed();
   HidrawTestbed(const HidrawTestbed&) = delete;
   HidrawTestbed& operator=(const HidrawTestbed&) = delete;

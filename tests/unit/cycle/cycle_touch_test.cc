@@ -154,6 +154,44 @@ TEST_F(CycleTouchOfBodies, BetweenTwoLightOnesGetWhatTheSpringsHold) {
   }
 }
 
+/** Of a soft finger between two: the twist is of that which it touched first, and the other gets its push alone. */
+TEST_F(CycleTouchOfBodies, BetweenTwoTheTwistOfAFingerTurnsThatWhichItTouchedFirst) {
+  build({800, 0, 0.5, 0.4});
+  SetFinger finger{};
+  finger.law = static_cast<std::uint32_t>(PadLaw::kLinear);
+  finger.radius = finger.arm = 5e-3;
+  finger.stiffness = 0.1;
+  finger.shows_moment = 1;
+  put(CommandKind::kSetFinger, finger);
+  double turned = 0;
+  for (int i = 0; i < 60; ++i) {
+    const FreeBodies& bodies = cycle->bodies();
+    std::array<Twist, 2> before;
+    std::array<Vec3, 2> com;
+    const std::array<std::uint32_t, 2> id{kOne, kOther};
+    for (std::size_t k = 0; k < 2; ++k) {
+      const RigidBody& body = bodies.body(bodies.find(objectSlot(id[k]))).body;
+      before[k] = body.twist();
+      com[k] = body.com();
+    }
+    input->device[0].q = Quat(Eigen::AngleAxisd(1e-3 * i, Vec3::UnitZ()));
+    go(Vec3(-0.003, 0, 0.003) + 8e-5 * i * Vec3(1, 0, -1) + Vec3(0, 0, i < 30 ? -0.001 : 0));
+    const SurfaceContact& contact = output->device[0].contact;
+    if (contact.parts != 2) continue;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const RigidBody& body = bodies.body(bodies.find(objectSlot(id[k]))).body;
+      const ContactPart& part = contact.part[contact.part[0].object == id[k] ? 0 : 1];
+      const Vec3 pushed = kMass[k] * (body.twist().v - before[k].v);
+      const Vec3 twisted = 0.01 * (body.twist().w - before[k].w) - (part.point - com[k]).cross(pushed);
+      const Vec3 moment = output->device[0].command.torque;
+      const Vec3 wanted = id[k] == contact.object ? Vec3(-1e-3 * moment) : Vec3(Vec3::Zero());
+      EXPECT_LT((twisted - wanted).norm(), 1e-9) << i << " of " << id[k];
+      turned = std::max(turned, wanted.norm());
+    }
+  }
+  EXPECT_GT(turned, 1e-6);
+}
+
 /** What sticks to one is as viscous across as the material is, but stops it within a tick at the most where it is
  * touched, which turns it too; and it carries a hand that is not where it is touched by its turning. */
 TEST_F(CycleTouchOfBodies, WhatSticksToALightOneStopsItAndNoMore) {

@@ -57,7 +57,8 @@ Error openMesh(const MeshView& mesh) {
 }
 
 /** About the mesh; kInvalidArgument if building would take too much memory. */
-Result<VolumeLattice> latticeOf(const MeshView& mesh, double voxel_m, const VolumeOptions& options) {
+Result<VolumeLattice> latticeOf(const MeshView& mesh, double voxel_m, const VolumeOptions& options,
+                                BuildMonitor& monitor) {
   Vec3 lower = mesh.vertex(0, 0), upper = lower;
   for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
     for (int c = 0; c < 3; ++c) {
@@ -68,7 +69,9 @@ Result<VolumeLattice> latticeOf(const MeshView& mesh, double voxel_m, const Volu
   VolumeLattice lattice = latticeAbout(lower, upper, voxel_m, options.margin_voxels);
   rlimit limit{};
   ::getrlimit(RLIMIT_AS, &limit);
-  const double needed = bytesToBuild(lattice, extentOf(mesh, voxel_m), options);
+  const auto extent = extentOf(mesh, voxel_m, monitor);
+  if (!extent) return extent.error();
+  const double needed = bytesToBuild(lattice, *extent, options);
   const double most = limit.rlim_cur == RLIM_INFINITY ? static_cast<double>(::sysconf(_SC_PHYS_PAGES)) *
                                                             static_cast<double>(::sysconf(_SC_PAGESIZE))
                                                       : static_cast<double>(limit.rlim_cur);
@@ -95,10 +98,12 @@ Result<VolumeImage> writeWith(const ClosedSurface& surface, const VolumeLattice&
 
 }  // namespace
 
-SurfaceExtent extentOf(const MeshView& mesh, double voxel_m) {
+Result<SurfaceExtent> extentOf(const MeshView& mesh, double voxel_m, BuildMonitor& monitor) {
   constexpr double kCounted = 1000;  // Up to so many samples are counted, more are estimated (at most 15 % high).
+  constexpr double kUnasked = 100'000;
   const double step = voxel_m / kSamplesPerVoxel;
   SurfaceExtent out;
+  double counted = 0;
   for (std::uint32_t t = 0; t < mesh.triangle_count; ++t) {
     const Vec3 a = mesh.vertex(t, 0), b = mesh.vertex(t, 1), c = mesh.vertex(t, 2);
     out.area += (b - a).cross(c - a).norm() / 2;
@@ -106,6 +111,11 @@ SurfaceExtent extentOf(const MeshView& mesh, double voxel_m) {
     if (samples < kCounted) {
       samples = 0;
       sampleSurface(verticesOf(mesh), trianglesOf(mesh).subspan(t, 1), step, [&](const SurfaceSample&) { ++samples; });
+      counted += samples + 1;
+    }
+    if (counted >= kUnasked) {
+      if (!monitor.progress(0, "measuring the surface")) return cancelled();
+      counted = 0;
     }
     out.samples += samples;
   }
@@ -130,7 +140,7 @@ Result<VolumeImage> volumeOfMesh(const MeshView& mesh, double voxel_m, const Vol
                                  BuildMonitor& monitor) {
   const bool closed = (mesh.flags & HD_MESH_CLOSED) != 0;
   if (!closed && !options.fill_holes) return openMesh(mesh);
-  const auto lattice = latticeOf(mesh, voxel_m, options);
+  const auto lattice = latticeOf(mesh, voxel_m, options, monitor);
   if (!lattice) return lattice.error();
   const auto surface = closeSurface(mesh, *lattice, monitor);
   if (!surface) return surface.error();

@@ -28,7 +28,8 @@ struct SurfaceExtent {
   double area = 0;     ///< [m^2]
   double samples = 0;  ///< At most, as mostSamples() has it: needles have many more than their area says.
 };
-[[nodiscard]] SurfaceExtent extentOf(const MeshView& mesh, double voxel_m);
+/** Counts what is fine, in seconds at most; kCancelled when the monitor says so. */
+[[nodiscard]] Result<SurfaceExtent> extentOf(const MeshView& mesh, double voxel_m, BuildMonitor& monitor);
 /** Bytes that building takes at most at a time, about: known before the long work. */
 [[nodiscard]] double bytesToBuild(const VolumeLattice& lattice, const SurfaceExtent& surface,
                                   const VolumeOptions& options);

@@ -50,8 +50,8 @@ std::uint32_t patchLevel(const std::vector<BuiltLevel>& levels, std::size_t poin
 }
 
 std::vector<hd_volume_patch> makePatches(const VolumeLattice& lattice, const OctreeKeys& keys, std::uint32_t level,
-                                         const std::vector<std::uint64_t>& prefixes,
-                                         std::vector<SurfaceSample>& points) {
+                                         const std::vector<std::uint64_t>& prefixes, std::vector<SurfaceSample>& points,
+                                         BuildMonitor& monitor) {
   struct Placed {
     std::uint64_t node;
     std::uint32_t point;
@@ -84,7 +84,10 @@ std::vector<hd_volume_patch> makePatches(const VolumeLattice& lattice, const Oct
       for (int k = 0; k < 3; ++k) patch.center[k] = static_cast<float>(middle[k]);
       continue;
     }
-    patch.spread = static_cast<float>(orderByCoverage(own));
+    const float done = static_cast<float>(patch.first) / static_cast<float>(placed.size());
+    const auto spread = orderByCoverage(own, [&] { return monitor.progress(0.95f + 0.05f * done, "making patches"); });
+    if (!spread) return {};
+    patch.spread = static_cast<float>(*spread);
     boundPoints(own, patch);
     double area = 0;
     for (const SurfaceSample& p : own) area += p.area;

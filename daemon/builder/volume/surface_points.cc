@@ -132,7 +132,8 @@ std::vector<SurfaceSample> thinOut(std::vector<SurfaceSample> samples, const Vec
   return out;
 }
 
-double orderByCoverage(std::span<SurfaceSample> points) {
+std::optional<double> orderByCoverage(std::span<SurfaceSample> points, const std::function<bool()>& goesOn) {
+  constexpr std::size_t kPairsUnasked = 500'000;
   if (points.empty()) return 0;
   Vec3 middle = Vec3::Zero();
   for (const SurfaceSample& p : points) middle += p.x / static_cast<double>(points.size());
@@ -142,7 +143,13 @@ double orderByCoverage(std::span<SurfaceSample> points) {
     if ((points[i].x - middle).squaredNorm() < (points[next].x - middle).squaredNorm()) next = i;
   const std::size_t quarter = (points.size() + 3) / 4;
   double spread = 0;
+  std::size_t pairs = 0;
   for (std::size_t chosen = 0; chosen < points.size(); ++chosen) {
+    pairs += points.size() - chosen;
+    if (pairs >= kPairsUnasked) {
+      if (!goesOn()) return std::nullopt;
+      pairs = 0;
+    }
     std::swap(points[chosen], points[next]);
     std::swap(away[chosen], away[next]);
     next = chosen + 1;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -43,8 +44,10 @@ void sampleSurface(std::span<const Float3> vertices, std::span<const Index3> tri
 
 /**
  * Reorders points so that each first part of them is spread evenly: from the one nearest to the centroid on, always the
- * point farthest from those before it. Returns the greatest distance of any point from the first quarter [m].
+ * point farthest from those before it. Gives the greatest distance of any point from the first quarter [m]. Some
+ * nanoseconds for each pair of points: `goesOn` is asked every millisecond or so; nothing once it has said no.
  */
-double orderByCoverage(std::span<SurfaceSample> points);
+[[nodiscard]] std::optional<double> orderByCoverage(std::span<SurfaceSample> points,
+                                                    const std::function<bool()>& goesOn);
 
 }  // namespace hapticd

@@ -264,8 +264,9 @@ Result<VolumeImage> writeVolume(const VolumeSource& source, BuildMonitor& monito
   }
   if (!monitor.progress(0.95f, "making patches")) return cancelled();
   parts.header.patch_level = patchLevel(parts.levels, parts.points.size(), options.patch_points);
-  parts.patches =
-      makePatches(lattice, keys, parts.header.patch_level, parts.levels[parts.header.patch_level].prefix, parts.points);
+  parts.patches = makePatches(lattice, keys, parts.header.patch_level, parts.levels[parts.header.patch_level].prefix,
+                              parts.points, monitor);
+  if (parts.patches.empty()) return cancelled();
   fillHeader(source, band_m, parts);
   return assemble(parts);
 }

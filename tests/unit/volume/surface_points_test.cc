@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "daemon/builder/volume/mesh_volume.h"
@@ -82,7 +83,8 @@ TEST(SurfacePoints, OfFineMeshesAreCounted) {
   const double voxel = 5e-3;
   double samples = 0;
   sampleSurface(ball.vertices, ball.triangles, voxel / kSamplesPerVoxel, [&](const SurfaceSample&) { ++samples; });
-  EXPECT_EQ(extentOf(*ball.view(), voxel).samples, samples);
+  BuildMonitor monitor;
+  EXPECT_EQ(extentOf(*ball.view(), voxel, monitor)->samples, samples);
 }
 
 /** Each is one of them: those wanted nearer to one another cost no more. */
@@ -91,11 +93,39 @@ TEST(SurfacePoints, WantedNearerThanTheSamplesAreTheSamples) {
   const double voxel = 1e-3;
   VolumeOptions options;
   options.point_spacing_m = 1e-6;
-  const SurfaceExtent extent = extentOf(*ball.view(), voxel);
-  EXPECT_LT(bytesToBuild(latticeAbout(Vec3::Constant(-0.05), Vec3::Constant(0.05), voxel), extent, options), 300e6);
   BuildMonitor monitor;
+  const SurfaceExtent extent = *extentOf(*ball.view(), voxel, monitor);
+  EXPECT_LT(bytesToBuild(latticeAbout(Vec3::Constant(-0.05), Vec3::Constant(0.05), voxel), extent, options), 300e6);
   const auto volume = buildMeshVolume(ball.vertices, ball.triangles, voxel, options, monitor);
   ASSERT_TRUE(volume.ok()) << toString(volume.error());
+}
+
+/** Of a mesh that is fine for its voxels each pair of points in one is looked at: for hours, of millions. */
+TEST(SurfacePoints, StopsWhereItIsAskedToHoweverManyAreInAPlace) {
+  struct Case {
+    const char* stage;
+    double voxel;
+    int rings;
+  };
+  for (const Case& c : {Case{"measuring the surface", 1e-3, 30}, Case{"making patches", 0.1, 60}}) {
+    test::TestMesh ball = test::sphereMesh(0.05, c.rings);
+    VolumeOptions options;
+    options.point_spacing_m = 1e-6;
+    BuildMonitor monitor;
+    int told = 0, after = 0;
+    bool stopped = false;
+    monitor.progress = [&](float, const char* stage) {
+      after += stopped ? 1 : 0;
+      told += std::strcmp(stage, c.stage) == 0 ? 1 : 0;
+      stopped = stopped || told == 3;
+      return !stopped;
+    };
+    const auto volume = buildMeshVolume(ball.vertices, ball.triangles, c.voxel, options, monitor);
+    EXPECT_FALSE(volume.ok()) << c.stage << " told " << told;
+    if (volume.ok()) continue;
+    EXPECT_EQ(volume.error().code, ErrorCode::kCancelled) << toString(volume.error());
+    EXPECT_EQ(after, 0) << c.stage;
+  }
 }
 
 /** A star of needles has next to no area. */
@@ -111,7 +141,8 @@ TEST(SurfacePoints, OfNeedlesCostWhatTheyAreMany) {
     const double voxel = 0.5e-3;
     double samples = 0;
     sampleSurface(star.vertices, star.triangles, voxel / kSamplesPerVoxel, [&](const SurfaceSample&) { ++samples; });
-    const SurfaceExtent extent = extentOf(*star.view(), voxel);
+    BuildMonitor monitor;
+    const SurfaceExtent extent = *extentOf(*star.view(), voxel, monitor);
     EXPECT_GE(extent.samples, samples) << width;
     EXPECT_LT(extent.samples, 1.15 * samples) << width;
     EXPECT_GE(bytesToBuild(latticeAbout({0, 0, 0}, {0.01, 0.01, 0.01}, voxel, 2), extent, {}), 88 * samples) << width;

@@ -8,7 +8,8 @@
 namespace hapticd {
 namespace {
 
-constexpr double kSameSide = 0.5;  // Cosine of 60 degrees.
+constexpr double kSameSide = 0.5;    // Cosine of 60 degrees.
+constexpr double kLeastCell = 1e-9;  // Of smaller ones whole numbers cannot count all that a mesh may have [m].
 
 Vec3 point(const Float3& p) { return {p[0], p[1], p[2]}; }
 
@@ -96,6 +97,7 @@ struct Cluster {
 }  // namespace
 
 std::vector<SurfaceSample> thinOut(std::vector<SurfaceSample> samples, const Vec3& grid_origin, double grid_side) {
+  grid_side = std::max(grid_side, kLeastCell);
   std::vector<Placed> placed(samples.size());
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
     const Vec3 u = (samples[i].x - grid_origin) / grid_side;

@@ -100,6 +100,14 @@ TEST(SurfacePoints, WantedNearerThanTheSamplesAreTheSamples) {
   ASSERT_TRUE(volume.ok()) << toString(volume.error());
 }
 
+TEST(SurfacePoints, AreAllKeptHoweverNearToOneAnotherTheyAreWanted) {
+  const test::TestMesh ball = test::sphereMesh(0.05, 12);
+  std::vector<SurfaceSample> samples;
+  sampleSurface(ball.vertices, ball.triangles, 5e-3, [&](const SurfaceSample& s) { samples.push_back(s); });
+  for (const double spacing : {1e-6, 1e-21, 1e-300})
+    EXPECT_EQ(thinOut(samples, Vec3::Constant(-0.06), spacing).size(), samples.size()) << spacing;
+}
+
 /** Of a mesh that is fine for its voxels each pair of points in one is looked at: for hours, of millions. */
 TEST(SurfacePoints, StopsWhereItIsAskedToHoweverManyAreInAPlace) {
   struct Case {

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "rt/base/standard_streams.h"
 #include "tools/hapticctl-import/child.h"
@@ -20,6 +22,7 @@
 #include "tools/hapticctl-import/isosurface.h"
 #include "tools/hapticctl-import/model.h"
 #include "tools/options/help.h"
+#include "tools/options/load_values.h"
 #include "tools/options/number.h"
 #include "tools/options/units.h"
 
@@ -217,16 +220,22 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
     return fmt::format("hapticctl import: {} (hapticctl import --help tells how)\n", error.what());
   });
+  // What is not known here would give its value away: the file were the name of the object, and the other way about.
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  std::vector<std::string> rest = hapticd_options::takeLoadValues(words);
+  std::reverse(words.begin(), words.end());
   try {
-    app.parse(argc, argv);
+    app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) return app.exit(error), kUsage;
     return fmt::print("{}", hapticd_options::helpOf(app, error)), kDone;
   }
-  if (const auto rest = app.remaining(); !rest.empty() && !(o.output.empty() && o.vdb.empty())) {
+  const std::vector<std::string> others = app.remaining();
+  rest.insert(rest.end(), others.begin(), others.end());
+  if (!rest.empty() && !(o.output.empty() && o.vdb.empty())) {
     fmt::print(stderr, "hapticctl import: {}: is no option of it, and nothing is loaded that others could be for\n",
                rest[0]);
     return kUsage;
   }
-  return report(o.input.file, [&] { return run(o, app.remaining()); });
+  return report(o.input.file, [&] { return run(o, rest); });
 }

@@ -177,6 +177,13 @@ class ImportAndCut(Case):
         done = subprocess.run([HAPTICCTL, "import", scan, "--iso", "5"], capture_output=True, text=True, env=environment, check=False)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.run_ctl("remove", "cube")
+        # Of what goes to load, the word behind is its value, and not the scan, though there is a file of that name.
+        (self.directory / "die").write_bytes(scan.read_bytes())
+        done = subprocess.run([HAPTICCTL, "import", "--name", "die", "--at", "-0.1,0,0", "--iso", "5", scan], capture_output=True,
+                              text=True, env=environment, cwd=self.directory, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(self.json("get", "/objects/die/pos"), [-0.1, 0, 0])
+        self.run_ctl("remove", "die")
         # What stands before the command is for it, too: another daemon's scene had got it.
         elsewhere = {**environment, "HAPTICD_SOCKET": "/nonexistent"}
         done = subprocess.run([HAPTICCTL, "--json", "--socket", str(self.socket), "import", scan, "--iso", "5", "--name=die", "--size", "0.1"],

@@ -1,6 +1,8 @@
 """A mesh uploaded with its volume from Python, and that volume as an OpenVDB file."""
 import fcntl
 import os
+import signal
+import sys
 import unittest
 import unittest.mock
 
@@ -48,6 +50,26 @@ class VolumeFile(OwnDaemonCase):
         self.client.reconnect()
         self.show("again", voxel_m=0.001)
         self.assertTrue(self.file_of("again") == content)
+
+    def test_what_a_signal_raises_ends_the_upload(self):
+        """As Ctrl-C does. It comes while the library waits, and Python hears it as progress is told."""
+        self.start()
+        scene = self.client.scene
+
+        class Enough(BaseException):
+            pass
+
+        def stop(_signal, _frame):
+            raise Enough
+
+        self.addCleanup(signal.signal, signal.SIGALRM, signal.signal(signal.SIGALRM, stop))
+        hook = sys.unraisablehook
+        for progress in (None, lambda _fraction, _stage: None):
+            signal.setitimer(signal.ITIMER_REAL, 0.3)
+            with self.assertRaises(Enough):
+                scene.upload(CORNERS, FACES, voxel_m=0.0001, progress=progress)  # For seconds.
+        self.assertEqual(scene.meshes(), [])
+        self.assertIs(sys.unraisablehook, hook)
 
     def test_is_refused_where_none_are_kept(self):
         with unittest.mock.patch.dict(os.environ, HAPTICD_CONFIG="/none"):  # Who runs this may have a configuration.

@@ -1,11 +1,14 @@
 """The connection, the scene and events."""
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import dataclasses
 import enum
 import json
 import math
+import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Optional, Union
 
@@ -43,6 +46,30 @@ class _Reply:
 
     def __exit__(self, *_: object) -> None:
         _lib.haptic_free(self._out)
+
+
+@contextlib.contextmanager
+def _hearing(callback: Any, raised: _List[BaseException]) -> Iterator[None]:
+    """What a signal's handler raises, as at Ctrl-C, as the library begins to call `callback`: Python's ctypes only tells
+    of it on standard error."""
+    if threading.current_thread() is not threading.main_thread():  # Handlers run nowhere else.
+        yield
+        return
+    before = sys.unraisablehook
+
+    def hear(unheard: Any) -> None:
+        trace = unheard.exc_traceback
+        if trace is not None and trace.tb_frame.f_code is callback.__code__:
+            raised.append(unheard.exc_value)
+        else:
+            before(unheard)
+
+    sys.unraisablehook = hear
+    try:
+        yield
+    finally:
+        if sys.unraisablehook is hear:
+            sys.unraisablehook = before
 
 
 def _entries(reply: Any) -> list[Any]:
@@ -165,14 +192,15 @@ class Scene:
 
         `weld_m` joins vertices that are no farther apart. `voxel_m` asks for the solid as a volume too, with a surface
         point each `point_spacing_m` (0: a voxel); the mesh must be closed then, or have its holes filled.
-        `progress(fraction, stage)` may return False to cancel; an exception in it cancels and is raised here.
+        `progress(fraction, stage)` may return False to cancel; an exception in it, or of a signal's handler meanwhile,
+        cancels and is raised here.
         """
         points, corners = arrays.points(vertices, "vertices"), arrays.corners(triangles, "triangles")
         raised: _List[BaseException] = []
 
         def report(fraction: float, stage: bytes, _: Any) -> int:
-            if progress is None:
-                return 0
+            if raised or progress is None:
+                return 1 if raised else 0
             try:
                 return 1 if progress(fraction, stage.decode()) is False else 0
             except BaseException as error:  # pylint: disable=broad-except
@@ -189,7 +217,8 @@ class Scene:
             call(_lib.haptic_upload_weld, upload, weld_m)
             if volume:
                 call(_lib.haptic_upload_volume, upload, voxel_m, point_spacing_m)
-            with _Reply(_abi.MeshReport, _lib.haptic_upload_commit, upload, _abi.Progress(report), None, 0) as reply:
+            with _hearing(report, raised), _Reply(_abi.MeshReport, _lib.haptic_upload_commit, upload, _abi.Progress(report),
+                                                  None, 0) as reply:
                 made = mesh_report(reply)
         except HapticError:
             if raised:

@@ -85,12 +85,15 @@ class Quickstart(unittest.TestCase):
 
     def test_wrong_use_is_told(self):
         mesh = ["--mesh", "/usr/share/opencascade/data/stl/bearing.stl", "--scale"]
+        obj = pathlib.Path(self.directory.name) / "own/box.obj"
+        obj.write_text("v 0 0 0\n")
         for words, expected in ((["--mesh", "x.stl"], "--scale"), (["--seconds", "soon"], "is no time"), (["--frob"], "unknown option"),
                                 (["--seconds", "0.0"], "is no time"), (["--seconds", "1.2.3"], "is no time"),
                                 (["--seconds", "0x10"], "is no time"), (["--seconds", "'5"], "is no time"), (["--seconds", "1e9"], "more than an hour"),
                                 (["--seconds"], "--seconds needs a value"), ([*mesh, "-1"], "is no length"), ([*mesh, "."], "is no length"),
                                 (["--output", "/none/x.png"], "cannot be written"), (["--output", "/tmp"], "end in .png"),
-                                (["--mesh", "none.stl", "--scale", "1"], "no such file")):
+                                (["--mesh", "none.stl", "--scale", "1"], "no such file"),
+                                (["--mesh", obj, "--scale", "1"], "does not end in .stl")):
             # Before anything is built or started: there is no such build.
             done = subprocess.run([self.command[0], "--prebuilt", "/none", *words], capture_output=True, text=True,
                                   env=self.environment, check=False)

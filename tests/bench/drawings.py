@@ -3,6 +3,7 @@
 Usage: drawings.py SOURCE_DIRECTORY"""
 import importlib.util
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -21,11 +22,15 @@ COURSE = ("condition,arm_m,lever_m,t,y,z,turned_rad,slid_m,grip_n\n"
           + "".join(f"{word},0.006,{lever},{t},0,0,-0.1,0.001,1\n" for word in ("coupled", "uncoupled") for lever in (0.003, 0.012) for t in (0, 1)))
 
 
-def planned(folder, scale, *options):
+PLATE = [((0, 0, 0), (40, 0, 0), (40, 40, 0)), ((0, 0, 0), (40, 40, 0), (0, 40, 0))]
+WORDS = "solid plate\n" + "".join(f"vertex {x} {y} {z}\n" for triangle in PLATE for x, y, z in triangle) + "endsolid plate\n"
+BINARY = bytes(80) + struct.pack("<I", 2) + b"".join(struct.pack("<12fH", *(0, 0, 1), *sum(triangle, ()), 0) for triangle in PLATE)
+
+
+def planned(folder, scale, *options, stl=WORDS.encode()):
     """What is said of a stroke over a plate of 40, and its rows."""
     plate = folder / "plate.stl"
-    corners = [f"vertex {x} {y} 0\n" for x, y in ((0, 0), (40, 0), (40, 40), (0, 40))]
-    plate.write_text("solid plate\n" + "".join(corners[i] for i in (0, 1, 2, 0, 2, 3)) + "endsolid plate\n", encoding="ascii")
+    plate.write_bytes(stl)
     done = subprocess.run(["/usr/bin/python3", pathlib.Path(sys.argv[1]) / "tools/picture/stroke.py", plate, "--scale", scale, *options],
                           capture_output=True, text=True, check=False)
     return done.stderr, done.stdout.splitlines()
@@ -35,6 +40,13 @@ def strokes(folder):
     said, rows = planned(folder, "0.001", "--seconds", "0.001")  # A time is no fault, however short.
     if said or rows[0] != "t,x,y,z" or len(rows) < 400:
         sys.exit(f"a short stroke: {said}{rows[:3]}")
+    # What hapticctl load reads: with less than a triangle behind it, and in capitals too.
+    for stl in (BINARY, BINARY + b"\r\n", BINARY + bytes(49), WORDS.upper().encode()):
+        if planned(folder, "0.001", "--seconds", "0.001", stl=stl) != (said, rows):
+            sys.exit(f"a plate of {len(stl)} bytes is planned otherwise")
+    for stl in (BINARY[:-1], BINARY + bytes(50)):
+        if planned(folder, "0.001", stl=stl) != (f"stroke: {folder}/plate.stl: is no STL file\n", []):
+            sys.exit(f"a plate of {len(stl)} bytes is planned")
     for scale, words in (("0.00001", "nowhere is it level and wide enough to be stroked ("), ("1", "it is 40 m wide ("), ("nan", "it is nan m wide (")):
         said, rows = planned(folder, scale)
         if not said.startswith(f"stroke: {folder}/plate.stl: {words}") or rows:

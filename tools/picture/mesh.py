@@ -15,10 +15,11 @@ def load_stl(path):
     data = pathlib.Path(path).read_bytes()
     if len(data) >= 84:
         count = int.from_bytes(data[80:84], "little")
-        if len(data) == 84 + count * RECORD.itemsize and count > 0:
+        spare = len(data) - 84 - count * RECORD.itemsize  # Some programs end it with a line's end, or fill a block.
+        if 0 <= spare < RECORD.itemsize and count > 0:
             return _checked(path, np.frombuffer(data, RECORD, count, 84)["corner"].astype(float))
     words = data.split()
-    at = [i for i, word in enumerate(words) if word == b"vertex"]
+    at = [i for i, word in enumerate(words) if word.lower() == b"vertex"]
     if not at or len(at) % 3 != 0:
         raise MeshError(f"{path}: is no STL file")
     index = np.asarray(at)[:, None] + np.arange(1, 4)

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -19,8 +20,14 @@ constexpr std::size_t kMostFirmware = 64 * 1024;
 
 std::vector<UsbFound> falconsPlugged() { return findUsb(falcon::kVendor, falcon::kProduct); }
 
-/** What stays the same when it is plugged again: the serial number, else the path. */
-std::string nameOf(const UsbFound& device) { return device.serial.empty() ? device.path : device.serial; }
+/** Those who have its serial number, itself too. */
+std::ptrdiff_t namesakes(const std::string& serial, const std::vector<UsbFound>& plugged) {
+  return std::count_if(plugged.begin(), plugged.end(), [&](const UsbFound& d) { return d.serial == serial; });
+}
+
+std::string nameOf(const UsbFound& device, const std::vector<UsbFound>& plugged) {
+  return device.serial.empty() || namesakes(device.serial, plugged) > 1 ? device.path : device.serial;
+}
 
 Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
   static MonotonicClock clock;
@@ -30,7 +37,7 @@ Result<std::unique_ptr<Device>> make(const DeviceUri& uri) {
 void find(std::vector<DeviceFound>& found) {
   const auto devices = falconsPlugged();
   for (const UsbFound& device : devices) {
-    auto setup = resolveFalcon({"falcon", nameOf(device), {}}, devices);
+    auto setup = resolveFalcon({"falcon", nameOf(device, devices), {}}, devices);
     if (setup) found.push_back({std::move(setup->info), true});
   }
 }
@@ -42,6 +49,17 @@ Result<void> zero(const DeviceUri& uri) {
 }
 
 }  // namespace
+
+Result<UsbFound> FalconName::choose(const std::vector<UsbFound>& plugged) {
+  // One of the same serial number may have been plugged in since.
+  const bool by_path = !path_.empty() && namesakes(name_, plugged) > 1;
+  auto device = chooseUsb(plugged, by_path ? path_ : name_, "Novint Falcon");
+  if (device && path_.empty()) {
+    name_ = nameOf(*device, plugged);
+    path_ = device->path;
+  }
+  return device;
+}
 
 const std::vector<Parameter<FalconParameters>>& falconParameterTable() {
   using S = FalconParameters;
@@ -105,15 +123,12 @@ Result<FalconSetup> resolveFalcon(const DeviceUri& uri, const std::vector<UsbFou
   FalconSetup setup;
   if (auto applied = applyQuery(falconParameterTable(), uri.query, setup.parameters); !applied) return applied.error();
   setup.info = falconInfo(setup.parameters);
-  std::string name = uri.authority.empty() ? "default" : uri.authority;
+  FalconName name(uri.authority.empty() ? "default" : uri.authority);
   // It may be plugged in later; then it goes by the name it was given.
-  if (const auto device = chooseUsb(plugged, name, "Novint Falcon")) {
-    name = nameOf(device.value());
-    setup.info.serial = device.value().serial;
-  }
-  setup.info.uri = formatDeviceUri({"falcon", name, difference(falconParameterTable(), setup.parameters, {})});
-  setup.open_usb = [name]() -> Result<std::unique_ptr<UsbTransport>> {
-    const auto device = chooseUsb(falconsPlugged(), name, "Novint Falcon");
+  if (const auto device = name.choose(plugged)) setup.info.serial = device.value().serial;
+  setup.info.uri = formatDeviceUri({"falcon", name.text(), difference(falconParameterTable(), setup.parameters, {})});
+  setup.open_usb = [name]() mutable -> Result<std::unique_ptr<UsbTransport>> {
+    const auto device = name.choose(falconsPlugged());
     if (!device) return device.error();
     return openLibusb(device.value(), falcon::kInterface);
   };

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "drivers/parameters.h"
@@ -29,6 +30,20 @@ struct FalconSetup {
   UsbOpener open_usb;
   /** Called when the device turns out to need it; empty when there is none. */
   std::function<Result<std::vector<std::uint8_t>>()> read_firmware;
+};
+
+/** A Falcon by its serial number, its path or "default", and the same one whenever it is plugged in again. */
+class FalconName {
+ public:
+  explicit FalconName(std::string name) : name_(std::move(name)) {}
+  /** Of what is plugged in, as chooseUsb(); from the first time on no other. */
+  [[nodiscard]] Result<UsbFound> choose(const std::vector<UsbFound>& plugged);
+  /** What stays the same when it is plugged in again: a serial number that no other has, else its path. */
+  [[nodiscard]] const std::string& text() const noexcept { return name_; }
+
+ private:
+  std::string name_;
+  std::string path_;  ///< Where it was first.
 };
 
 /** What a Falcon is and can do, by data sheet and CHAI3D. */

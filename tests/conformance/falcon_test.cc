@@ -241,6 +241,34 @@ TEST(FalconSetup, UriNamesWhatIsPluggedAndWhatIsNotYet) {
   EXPECT_THAT(toString(wrong.error()), HasSubstr("did you mean \"firmware\"?"));
 }
 
+UsbFound falconAt(const char* path, const char* serial) {
+  UsbFound one;
+  one.path = path;
+  one.serial = serial;
+  return one;
+}
+
+TEST(FalconSetup, TwoOfOneSerialNumberGoByTheirSockets) {
+  const std::vector<UsbFound> all = {falconAt("1-1", "FTX0"), falconAt("1-2", "FTX0"), falconAt("1-3", "FTX1")};
+  const auto uriOf = [&](const char* name) { return resolveFalcon({"falcon", name, {}}, all)->info.uri; };
+  EXPECT_EQ(uriOf("1-1"), "falcon://1-1");
+  EXPECT_EQ(uriOf("1-2"), "falcon://1-2");
+  EXPECT_EQ(uriOf("1-3"), "falcon://FTX1");
+  EXPECT_EQ(uriOf("FTX0"), "falcon://1-1");
+}
+
+TEST(FalconSetup, TheSameIsFoundAgainWhateverElseIsPluggedInByThen) {
+  FalconName later("default");
+  EXPECT_FALSE(later.choose({}).ok());
+  EXPECT_EQ(later.choose({falconAt("1-3", "FTX1")})->path, "1-3");
+  EXPECT_FALSE(later.choose({falconAt("1-1", "FTX0")}).ok()) << "any would have done the first time only";
+  EXPECT_EQ(later.choose({falconAt("1-1", "FTX0"), falconAt("1-7", "FTX1")})->path, "1-7");
+  FalconName twin("FTX1");
+  EXPECT_EQ(twin.choose({falconAt("1-3", "FTX1")})->path, "1-3");
+  EXPECT_EQ(twin.text(), "FTX1");
+  EXPECT_EQ(twin.choose({falconAt("1-1", "FTX1"), falconAt("1-3", "FTX1")})->path, "1-3");
+}
+
 TEST(FalconSetup, AFileThatIsNoFirmwareIsRefused) {
   EXPECT_TRUE(readFalconFirmware("/nowhere/falcon.bin")->empty());
   const auto wrong = readFalconFirmware("/etc/hostname");

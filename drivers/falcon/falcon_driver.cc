@@ -78,8 +78,11 @@ DeviceInfo falconInfo(const FalconParameters& parameters) {
   info.manufacturer = "Novint";
   info.driver = "falcon";
   info.driver_version = "1";
-  // By CHAI3D's description of it; the motors' own limit is 4095 counts, 16 N along x and 6 N across in the middle.
-  info.max_force = 8;
+  // By CHAI3D's description of it; the motors' own limit is 4095 counts, 16 N along x and 6 N across in the middle, at
+  // the usual scale. One whose counts make less has less; one that seems to make more is given no more.
+  constexpr double kUsualForce = 8;
+  const double strength = FalconParameters{}.counts_per_nm / parameters.counts_per_nm;
+  info.max_force = kUsualForce * std::min(1.0, strength);
   info.max_stiffness = 3000;
   info.max_damping = 20;
   info.workspace_radius = 0.04;
@@ -88,7 +91,7 @@ DeviceInfo falconInfo(const FalconParameters& parameters) {
   info.max_workspace_lower = Vec3(0.075 - parameters.centre_z, -0.06, -0.06);
   info.max_workspace_upper = Vec3(0.178 - parameters.centre_z, 0.06, 0.06);
   info.position_resolution = 41e-6;  // Along x at z = 0.12; across it is finer.
-  info.force_resolution = 8.0 / falcon::kMostCounts;
+  info.force_resolution = kUsualForce * strength / falcon::kMostCounts;
   info.native_rate_hz = 1000;
   info.latency_s = 0.002;
   info.buttons = 4;

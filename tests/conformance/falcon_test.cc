@@ -269,6 +269,25 @@ TEST(FalconSetup, TheSameIsFoundAgainWhateverElseIsPluggedInByThen) {
   EXPECT_EQ(twin.choose({falconAt("1-1", "FTX1"), falconAt("1-3", "FTX1")})->path, "1-3");
 }
 
+TEST(FalconSetup, TheLargestForceAndItsStepAreThoseOfTheScale) {
+  const auto legs = falcon::legsAt(falcon::kMiddle);
+  ASSERT_TRUE(legs);
+  const Mat3 dt1_dp = falcon::jacobian(*legs);
+  const double lever_m = falcon::torquesFor(dt1_dp, Vec3(0, 0, 1))->cwiseAbs().maxCoeff();  // Toward the operator.
+  for (const double counts_per_nm : {1000.0, 5000.0, 10'000.0, 20'000.0, 40'000.0}) {
+    FalconParameters parameters;
+    parameters.counts_per_nm = counts_per_nm;
+    const DeviceInfo info = falconInfo(parameters);
+    const double most = falcon::kMostCounts / counts_per_nm / lever_m;
+    EXPECT_LE(info.max_force, 8) << counts_per_nm;
+    EXPECT_LT(info.max_force, most) << counts_per_nm;
+    EXPECT_GT(info.max_force, std::min(7.9, 0.4 * most)) << counts_per_nm;
+    // A count makes as much more along x as the motors make there than the force that is told.
+    EXPECT_NEAR(info.force_resolution, most / falcon::kMostCounts * (8 / 16.0), 0.2 * info.force_resolution)
+        << counts_per_nm;
+  }
+}
+
 TEST(FalconSetup, AFileThatIsNoFirmwareIsRefused) {
   EXPECT_TRUE(readFalconFirmware("/nowhere/falcon.bin")->empty());
   const auto wrong = readFalconFirmware("/etc/hostname");

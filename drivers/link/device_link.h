@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <type_traits>
 
 #include "rt/base/histogram.h"
 #include "rt/device.h"
@@ -56,7 +57,8 @@ class DeviceLink {
   virtual void publishStatus(std::uint32_t status) HD_RT;
   /**
    * Calls send(command) with what is to be sent now: the servo's newest command; zeros when that is stale, off, or
-   * safe() was called. The transfer must happen in `send`: awaitSent() waits for it.
+   * safe() was called. The transfer must happen in `send`: awaitSent() waits for it. A `send` that returns a bool says
+   * by it whether the device has taken the command.
    */
   template <class Send>
   void order(std::int64_t now_ns, Send&& send) noexcept {
@@ -64,8 +66,13 @@ class DeviceLink {
     if (sent_off_) off_.store(true);  // The thread has come back from sending it.
     const DeviceCommand now = command(now_ns);
     if (now.enabled) off_.store(false);  // Before it is sent.
-    send(now);
-    sent_off_ = !now.enabled;
+    bool taken = true;
+    if constexpr (std::is_same_v<std::invoke_result_t<Send, const DeviceCommand&>, bool>) {
+      taken = send(now);
+    } else {
+      send(now);
+    }
+    sent_off_ = taken && !now.enabled;
     sending_.store(false, std::memory_order_release);
   }
   /** The device has gone, and the thread has let go of it: nothing is on its way any more. */

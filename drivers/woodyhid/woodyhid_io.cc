@@ -23,8 +23,9 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
   still_ = 0;
 
   const std::int64_t give_up_ns = hid_->now() + kFirstWord_ns;
+  taken_ns_ = hid_->now();
   while (!stop.load(std::memory_order_relaxed) && hid_->now() < give_up_ns) {
-    if (!send(woodyhid::encodeCurrents({}))) break;
+    if (send(woodyhid::encodeCurrents({})) == HidResult::kGone) break;
     std::array<std::uint8_t, HidTransport::kLargestReport> buffer{};
     std::size_t size = 0;
     const HidResult got = readNewest(*hid_, buffer, size, sent_ns_ + kKick_ns);
@@ -37,7 +38,8 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
 }
 
 void WoodyIo::close() noexcept {
-  (void)send(woodyhid::encodeCurrents({}));
+  for (int i = 0; i < kZeros && send(woodyhid::encodeCurrents({})) == HidResult::kRefused; ++i) {
+  }
   hid_->close();
   calibration_.store(Calibration::kNeeded);
 }
@@ -47,10 +49,12 @@ void WoodyIo::safe() noexcept {
   hid_->lastWords({zero.data(), report_bytes_.load()});
 }
 
-bool WoodyIo::send(const woodyhid::Report& report) noexcept {
+HidResult WoodyIo::send(const woodyhid::Report& report) noexcept {
   sent_ns_ = hid_->now();
   asked_ = true;
-  return hid_->write({report.data(), report_bytes_.load()}) == HidResult::kOk;
+  const HidResult result = hid_->write({report.data(), report_bytes_.load()});
+  if (result == HidResult::kOk) taken_ns_ = sent_ns_;
+  return result;
 }
 
 void WoodyIo::countsLost() noexcept {
@@ -134,9 +138,13 @@ void WoodyIo::publish(const woodyhid::Reading& reading, std::int64_t now_ns, Dev
 }
 
 bool WoodyIo::reply(const woodyhid::Reading* reading, std::int64_t now_ns, DeviceLink& link) noexcept {
-  bool sent = false;
-  link.order(now_ns, [&](const DeviceCommand& command) noexcept { sent = send(answer(reading, command, now_ns)); });
-  return sent;
+  HidResult sent = HidResult::kGone;
+  link.order(now_ns, [&](const DeviceCommand& command) noexcept {
+    sent = send(answer(reading, command, now_ns));
+    return sent == HidResult::kOk;
+  });
+  if (sent == HidResult::kRefused) LinkCounters::add(link.counters.lost);  // Told again when it has been silent.
+  return sent == HidResult::kOk || (sent == HidResult::kRefused && hid_->now() - taken_ns_ < kRefusing_ns);
 }
 
 woodyhid::Report WoodyIo::answer(const woodyhid::Reading* reading, const DeviceCommand& command,

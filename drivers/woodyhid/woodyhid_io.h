@@ -28,7 +28,9 @@ class WoodyIo final : public DeviceIo {
   static constexpr std::int64_t kKick_ns = 10'000'000;        ///< Silence after which the device is spoken to.
   static constexpr std::int64_t kFirstWord_ns = 500'000'000;  ///< Silence after open that says it is another device.
   static constexpr std::int64_t kTrust_ns = 10'000'000;  ///< Age of a reading by which forces may still be computed.
-  static constexpr double kMostCountsPerMs = 200;        ///< Of a motor: twice what a hand does at 2 m/s.
+  static constexpr std::int64_t kRefusing_ns = 200'000'000;  ///< One that takes nothing for so long counts as gone.
+  static constexpr int kZeros = 3;                           ///< Attempts at it, when it is closed.
+  static constexpr double kMostCountsPerMs = 200;            ///< Of a motor: twice what a hand does at 2 m/s.
   static constexpr int kBadInARow = 20;
   static constexpr int kStill = 5;  ///< Reports without a motion after which the arm is where the last one says.
   static constexpr int kDeaf = 5;   ///< Reports after which a device that shows no new counters is told them again.
@@ -50,7 +52,7 @@ class WoodyIo final : public DeviceIo {
   [[nodiscard]] bool talk(DeviceLink& link, std::int64_t until_ns) noexcept;
   /** Only the button makes it good. */
   void countsLost() noexcept;
-  [[nodiscard]] bool send(const woodyhid::Report& report) noexcept;
+  HidResult send(const woodyhid::Report& report) noexcept;
   [[nodiscard]] double movedTo(const woodyhid::Reading& reading) const noexcept;
   void take(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
   void publish(const woodyhid::Reading& reading, std::int64_t now_ns, DeviceLink& link) noexcept;
@@ -72,8 +74,8 @@ class WoodyIo final : public DeviceIo {
   ReadingCheck check_{kMostCountsPerMs, kBadInARow};
   woodyhid::Reading last_;
   WoodyArm arm_;
-  std::int64_t sent_ns_ = 0;
-  bool asked_ = false;  ///< Something was sent since the last reading.
+  std::int64_t sent_ns_ = 0, taken_ns_ = 0;  ///< The last report that went out, and that was not refused.
+  bool asked_ = false;                       ///< Something was sent since the last reading.
   bool saturated_ = false;
 };
 

@@ -273,6 +273,56 @@ TEST(WoodyCounters, OneThatWasSeenBeforeHasLostThemAndAnotherHasNot) {
   EXPECT_FALSE(counters.of({"16c0:0486 B", "3"})->lost.load());
 }
 
+TEST(WoodyIo, AReportThatItRefusesIsALostCommandAndNoUnplug) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.model.refuses = 1;
+  rig.makeReady();
+  rig.hold(Vec3::Zero());
+  DeviceSample sample;
+  run(rig, 20, push(Vec3(0, 1, 0)), sample);
+  const std::uint64_t lost = rig.link().counters.lost.load();
+  rig.model.refuses = 1;
+  for (int i = 0; i < 100; ++i) {
+    run(rig, 1, push(Vec3(0, 1, 0)), sample);
+    ASSERT_EQ(sample.status & kDeviceGone, 0u) << i;
+  }
+  EXPECT_EQ(rig.link().counters.replugs.load(), 0u);
+  // The command, and the answer that did not come for it.
+  EXPECT_EQ(rig.link().counters.lost.load() - lost, 2u);
+  EXPECT_EQ(rig.device().calibration(), Calibration::kDone);
+  EXPECT_NEAR(rig.model.force().y(), 1, 0.03);
+}
+
+TEST(WoodyIo, OneThatRefusesAllIsGone) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  DeviceSample sample;
+  rig.model.refuses = 1'000'000;
+  run(rig, 150, {}, sample);
+  EXPECT_EQ(sample.status & kDeviceGone, 0u);
+  run(rig, 100, {}, sample);
+  EXPECT_NE(sample.status & kDeviceGone, 0u);
+}
+
+TEST(WoodyIo, ZerosThatItRefusesAreNotOff) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  rig.makeReady();
+  rig.hold(Vec3::Zero());
+  DeviceSample sample;
+  run(rig, 20, push(Vec3(0, 1, 0)), sample);
+  rig.model.refuses = 3;
+  for (int i = 0; i < 100; ++i) {
+    run(rig, 1, {}, sample);
+    ASSERT_TRUE(!rig.device().isOff() || rig.model.force().isZero(0)) << i;
+  }
+  EXPECT_TRUE(rig.device().isOff());
+  run(rig, 20, push(Vec3(0, 1, 0)), sample);
+  ASSERT_GT(rig.model.force().y(), 0.9);
+  rig.model.refuses = 2;
+  rig.device().close();
+  EXPECT_TRUE(rig.model.force().isZero(0));
+}
+
 TEST(WoodyIo, TheDevicesOwnWatchdogOutlivesThisProcess) {
   WoodyRig rig(WoodyKind::kWooden2015);
   rig.makeReady();

@@ -93,6 +93,10 @@ std::optional<HidModel::Bytes> WoodyHidModel::in() {
 
 bool WoodyHidModel::out(std::span<const std::uint8_t> report) {
   if (report.size() < 14 || report.size() > report_bytes_) return false;
+  if (refuses > 0) {
+    --refuses;
+    return false;
+  }
   ++heard_;
   heard_ns_ = now_ns_;
   waiting_ = false;

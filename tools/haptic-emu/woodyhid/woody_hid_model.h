@@ -37,6 +37,7 @@ class WoodyHidModel final : public HidModel {
   std::array<std::int16_t, 3> gimbal{};
   bool behind = false;
   int deaf_to_counters = 0;  ///< So many orders to set counters are lost, as when another comes at once.
+  int refuses = 0;           ///< So many reports are stalled.
   /** The button on the electronics goes down. */
   void pressCalibration() { pressed_ = true; }
 

@@ -148,6 +148,26 @@ TEST_F(Told, WhatAClientPushedAndWasRefused) {
   EXPECT_NE(refused.front().text.find("suppressed"), std::string::npos) << refused.front().text;
 }
 
+TEST_F(Told, NothingOfWhatAClientStillMovedAsItLeftWithItsObjects) {
+  ASSERT_NE(bench.live(), nullptr);
+  ObjectSpec spec;
+  spec.name = "ball";
+  const auto ball = bench.core.scene().create(spec, bench.core.client(bench.connection));
+  ASSERT_TRUE(ball.ok());
+  bench.step(5);
+  hd_object_pose pose{};
+  pose.object = *ball;
+  pose.q[0] = 1;
+  std::uint64_t seq = 0;
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
+              ErrorCode::kOk);
+  }
+  bench.core.disconnect(bench.connection);
+  bench.step(100);
+  EXPECT_EQ(heard(EventKind::kRefused).size(), 0u);
+}
+
 TEST_F(Told, AVertexThatTheObjectDoesNotHaveIsNotTakenForTheObject) {
   ASSERT_NE(bench.live(), nullptr);
   BuildMonitor monitor;

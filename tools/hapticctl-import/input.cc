@@ -31,7 +31,7 @@ Image readRaw(const InputOptions& o) {
   }
   layout.big_endian = o.big_endian;
   try {
-    Image image = parseRaw(readFile(o.file), layout);
+    Image image = parseRaw(readFile(o.file, bytesOf(layout.size, layout.sample)), layout);
     if (o.raw_spacing.empty()) image.format += ", does not say its spacing";  // As of other formats.
     return image;
   } catch (ImportError& error) {

@@ -306,6 +306,19 @@ TEST(Import, readsRawNumbers) {
   EXPECT_THAT(refusal([&] { return parseRaw(samples(), layout); }), HasSubstr("spacing"));
 }
 
+TEST(Import, rawNumbersThatBeginLikeGzipAreNone) {
+  std::string bytes = samples();
+  bytes.replace(0, 3, "\x1f\x8b\x08");
+  const Folder folder;
+  InputOptions options;
+  options.raw = "int16";
+  options.raw_size = "24,20,16";
+  options.file = folder.put("ball.raw", bytes);
+  EXPECT_EQ(readInput(options).values[0], -29921);
+  options.file = folder.put("ball.raw.gz", compressed(bytes, 31));
+  EXPECT_EQ(readInput(options).values[0], -29921) << "packed";
+}
+
 TEST(Import, labelsThatFloatsRoundAreToldApart) {
   constexpr std::uint32_t kLabels[] = {312782574, 312782578, 0, 1};  // Of Allen's atlas of the mouse's brain.
   std::string bytes(std::size_t{24} * 20 * 16 * 4, '\0');

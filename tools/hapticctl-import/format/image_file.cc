@@ -65,11 +65,12 @@ ImportError notRead(const std::string& path, int code) {
   return {path, std::string("cannot be read: ") + std::strerror(code), "name a file that you may read"};
 }
 
-std::string readFile(const std::string& path) {
+std::string readFile(const std::string& path, std::optional<std::size_t> plain) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw notRead(path, errno);
   std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (bytes.size() > 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b') return inflated(bytes, kMostBytes);
+  if (bytes.size() != plain && bytes.size() > 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b')
+    return inflated(bytes, kMostBytes);
   return bytes;
 }
 

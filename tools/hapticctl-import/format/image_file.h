@@ -27,8 +27,11 @@ struct RawLayout {
 
 /** Why a file could not be opened, by errno. */
 [[nodiscard]] ImportError notRead(const std::string& path, int code);
-/** The whole file; gzip is unpacked. Throws ImportError. */
-[[nodiscard]] std::string readFile(const std::string& path);
+/**
+ * The whole file; gzip is unpacked, unless the file has just `plain` bytes: then these are what is looked for, however
+ * they begin. Throws ImportError.
+ */
+[[nodiscard]] std::string readFile(const std::string& path, std::optional<std::size_t> plain = {});
 
 /** Whether that is an archive as InVesalius packs its projects. */
 [[nodiscard]] bool isInvesalius(std::string_view bytes);

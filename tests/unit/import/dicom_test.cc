@@ -185,6 +185,36 @@ TEST(Dicom, framesOfAnEnhancedImageStandWhereEachSays) {
   EXPECT_THAT(told(), HasSubstr("is a slice missing?"));
 }
 
+/** The image with each value that much higher, and what each was before. */
+void expectToldApart(const Image& image, int above, const std::string& what) {
+  ASSERT_EQ(image.exact.size(), image.values.size()) << what;
+  for (const std::size_t low : {0u, 1u, 2u}) {
+    Image chosen = image;
+    chooseLabel(chosen, static_cast<double>(above) + static_cast<double>(low));
+    for (std::size_t i = 0; i < chosen.values.size(); ++i)
+      ASSERT_EQ(chosen.values[i], i % 3 == low ? 1 : 0) << what << i;
+  }
+}
+
+TEST(Dicom, labelsThatFloatsRoundAreToldApart) {
+  constexpr int kAbove = 33554432;  // From here on a float counts by fours.
+  const auto labelled = [](CtSlice slice, std::size_t first) {
+    slice.intercept = kAbove;
+    const std::size_t count = slice.values.size() / 2;
+    slice.values.clear();
+    for (std::size_t i = 0; i < count; ++i) append(slice.values, static_cast<short>((first + i) % 3));
+    return slice;
+  };
+  const Folder folder;
+  putSeries(folder, [&](CtSlice& s, double z) { s = labelled(s, kSliceValues * static_cast<std::size_t>(z)); });
+  expectToldApart(readOne(folder.path()), kAbove, "a file for each slice");
+  const Folder one;
+  expectToldApart(readOne(one.put("a.dcm", dicomFile(labelled(allSlices(kCapture), 0)))), kAbove, "one file");
+  CtSlice frames = labelled(allSlices(kCapture), 0);
+  frames.between = 2;
+  expectToldApart(readOne(one.put("a.dcm", dicomFile(frames))), kAbove, "frames");
+}
+
 // Of computed tomography and secondary captures GDCM took no spacing between frames, and told 1 mm.
 TEST(Dicom, framesWithoutGroupsStandAsFarApartAsIsSaid) {
   const Folder folder;

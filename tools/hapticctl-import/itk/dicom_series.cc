@@ -124,17 +124,37 @@ std::vector<Slice> slicesOf(const Slice& all) {
       slice.image.step[0][a] = frame.row[a] * frame.column_spacing;
       slice.image.step[1][a] = frame.column[a] * frame.row_spacing;
     }
-    const auto begin = all.image.values.begin() + static_cast<std::ptrdiff_t>(i * count);
-    slice.image.values.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+    const auto part = [&](const auto& from, auto& to) {
+      if (from.empty()) return;
+      const auto begin = from.begin() + static_cast<std::ptrdiff_t>(i * count);
+      to.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
+    };
+    part(all.image.values, slice.image.values);
+    part(all.image.exact, slice.image.exact);
     if (frame.slope != first.slope || frame.intercept != first.intercept) {  // GDCM has taken the first one's.
-      for (float& v : slice.image.values) {
-        v = static_cast<float>((static_cast<double>(v) - first.intercept) / first.slope * frame.slope +
-                               frame.intercept);
-      }
+      const auto asItsOwn = [&](double v) {
+        return (v - first.intercept) / first.slope * frame.slope + frame.intercept;
+      };
+      for (float& v : slice.image.values) v = static_cast<float>(asItsOwn(static_cast<double>(v)));
+      for (double& v : slice.image.exact) v = asItsOwn(v);
     }
     slices.push_back(std::move(slice));
   }
   return slices;
+}
+
+/** Puts a slice's values behind those of the slices before it. */
+void append(const Image& slice, Image& all) {
+  if (!slice.exact.empty() || !all.exact.empty()) {
+    all.exact.insert(all.exact.end(), all.values.begin() + static_cast<std::ptrdiff_t>(all.exact.size()),
+                     all.values.end());
+    if (slice.exact.empty()) {
+      all.exact.insert(all.exact.end(), slice.values.begin(), slice.values.end());
+    } else {
+      all.exact.insert(all.exact.end(), slice.exact.begin(), slice.exact.end());
+    }
+  }
+  all.values.insert(all.values.end(), slice.values.begin(), slice.values.end());
 }
 
 /** The step from slice to slice, which must be the same everywhere; oblique if the gantry was tilted. */
@@ -188,8 +208,11 @@ void clearPadding(Image& image, const std::optional<float>& padding) {
     highest = std::max(highest, v);
   }
   if (count == 0 || lowest > highest || highest > *padding) return;
-  for (float& v : image.values)
-    if (isPadding(v)) v = lowest;
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    if (!isPadding(image.values[i])) continue;
+    image.values[i] = lowest;
+    if (!image.exact.empty()) image.exact[i] = lowest;
+  }
   image.format += fmt::format(", {} values of it padding", count);
 }
 
@@ -257,8 +280,8 @@ Image readSeries(const DicomSeries& series) {
   image.step = slices[0].image.step;
   image.step[2] = evenStep(slices);
   for (Slice& slice : slices) {
-    image.values.insert(image.values.end(), slice.image.values.begin(), slice.image.values.end());
-    slice.image.values = {};
+    append(slice.image, image);
+    slice.image = {};
   }
   const auto same = [&](const Slice& slice) { return slice.padding == slices[0].padding; };
   if (std::all_of(slices.begin(), slices.end(), same)) clearPadding(image, slices[0].padding);

@@ -91,6 +91,43 @@ TEST(ArModel, TheSpectrumBelowHalfTheServosRateIsKept) {
   }
 }
 
+/** Of the whole model, by its reflection coefficients. */
+double powerOf(std::vector<double> a) {
+  double power = 1;
+  for (; !a.empty();) {
+    const double k = a.back();
+    power /= 1 - k * k;
+    std::vector<double> less(a.size() - 1);
+    for (std::size_t i = 0; i < less.size(); ++i) less[i] = (a[i] - k * a[less.size() - 1 - i]) / (1 - k * k);
+    a = std::move(less);
+  }
+  return power;
+}
+
+/** However narrow, and wherever it lies between the frequencies that are looked at. */
+TEST(ArModel, ANarrowResonanceIsAsLoudAsItWas) {
+  for (const double hz : {60.0, 60.06, 125.0 / 1.024, 230.11, 400.03}) {
+    for (const double r : {0.999, 0.9999, 0.99999, 0.999999, 1 - 1e-8}) {
+      const std::vector<double> a = fromPoles({std::polar(r, 2 * std::numbers::pi * hz / 10000)});
+      for (const double rate_hz : {1000.0, 4000.0}) {
+        const LatticeModel lattice = resample(a, 3, 10000, rate_hz);
+        EXPECT_NEAR(lattice.power / (3 * powerOf(a)), 1, 0.01) << hz << " Hz, " << r << " at " << rate_hz;
+        EXPECT_NEAR(-lattice.reflection[0], std::cos(2 * std::numbers::pi * hz / rate_hz), 0.01);
+        for (const double k : lattice.reflection) ASSERT_LT(std::abs(k), 1);
+      }
+    }
+  }
+}
+
+TEST(ArModel, PolesThatRoundingRunsTogetherEndInANumber) {
+  const std::vector<double> a = fromPoles(std::vector<std::complex<double>>(16, std::polar(0.97, 0.02)));
+  for (const double rate_hz : {1000.0, 4000.0}) {
+    const LatticeModel lattice = resample(a, 1, 10000, rate_hz);
+    EXPECT_TRUE(std::isfinite(lattice.power));
+    for (const double k : lattice.reflection) ASSERT_LT(std::abs(k), 1);
+  }
+}
+
 TEST(ArModel, FasterThanTheRecordingAddsNothing) {
   const std::vector<double> a{-0.5};
   const LatticeModel lattice = resample(a, 1, 500, 4000);

@@ -81,6 +81,25 @@ TEST(Obstacles, WhatComesFastIsAskedFromFarther) {
   EXPECT_NEAR(a.held.speed, 4, 1e-9);
 }
 
+TEST(Obstacles, WhatTurnsFastUnderTheToolIsAskedFromFartherToo) {
+  Asked a;
+  const std::uint32_t ball = a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {{0.066, 0, 0}, Quat::Identity()});
+  // About the line to the tool, whose middle it leaves alone: at its rim, 1 cm from there, it is fast.
+  a.world.pose(ball, {{0.066, 0, 0}, Quat::Identity()}, {Vec3::Zero(), Vec3(400, 0, 0)});
+  a.ask();
+  EXPECT_TRUE(a.has(ball));
+  EXPECT_NEAR(a.held.speed, 4, 1e-9);
+}
+
+TEST(Obstacles, EachQuestionBeginsAnew) {
+  Asked a;
+  for (int i = 0; i < 3; ++i) (void)a.world.add(ShapeKind::kSphere, {0.005, 0, 0}, {{0.02, 0, 0}, Quat::Identity()});
+  a.ask();
+  ASSERT_EQ(a.held.count, 3u);
+  findObstacles(*a.world.scene, *a.world.scene->find(a.tool), {}, a.held);
+  EXPECT_EQ(a.held.count, 3u);
+}
+
 TEST(Obstacles, AQuestionIsCopiedAsFarAsItGoes) {
   auto from = std::make_unique<CollideRequest>(), to = std::make_unique<CollideRequest>();
   Asked a;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "tests/support/stepped/attach_tool.h"
 #include "tests/support/stepped/regions.h"
 #include "tests/support/stepped/scripted_device.h"
 #include "tests/support/stepped/stepped_cycle.h"
@@ -308,6 +309,34 @@ TEST_F(ServoFixture, WhenTheLastToolIsGoneTheQuestionThatNamesItIsReplaced) {
   for (const CollideRequest::Held& held : question->held) EXPECT_EQ(held.object, 0u);
   run(3);
   EXPECT_FALSE(collider.questions.take(*question)) << "with nothing to ask nothing is asked";
+}
+
+/** So it is where a body is still asked for. */
+TEST_F(ServoFixture, AToolThatIsGoneIsNamedInNoFurtherQuestion) {
+  Collider collider;
+  servo->collider = &collider;
+  const std::uint32_t tool = makeObjectId(2, 1), loose = makeObjectId(3, 1);
+  for (const std::uint32_t id : {tool, loose}) {
+    const AddObject box = test::solid(id, ShapeKind::kBox, {1000, 0, 0, 0}, {}, Vec3::Constant(0.01));
+    ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kAddObject, box)));
+  }
+  SetBody body{};
+  body.object = loose;
+  body.mass = 0.1;
+  body.inertia[0] = body.inertia[1] = body.inertia[2] = 1e-5;
+  ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kSetBody, body)));
+  const AttachTool attach = test::attachBox(tool, Vec3::Constant(0.02), device.info());
+  ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kAttachTool, attach)));
+  run(3);
+  const auto question = std::make_unique<CollideRequest>();
+  ASSERT_TRUE(collider.questions.take(*question));
+  ASSERT_EQ(question->held[0].object, tool);
+  ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kDetachTool, DeviceRef{0})));
+  ASSERT_TRUE(servo->from_control.push(makeCommand(CommandKind::kRemoveObject, ObjectRef{tool})));
+  run(3);
+  ASSERT_TRUE(collider.questions.take(*question));
+  EXPECT_EQ(question->held[0].object, 0u);
+  EXPECT_EQ(question->held[kMaxDevices].object, loose);
 }
 
 // The same inputs give the same bits, whatever memory the cycle stands in.

@@ -46,7 +46,9 @@ bool isSame(const EffectParameters& a, const EffectParameters& b) HD_RT {
   const auto all = [](const EffectParameters& e) HD_RT {
     return std::tie(e.kind, e.points, e.force, e.stiffness, e.damping, e.reach, e.frequency, e.until_ns);
   };
-  return all(a) == all(b) && std::equal(a.path[0], a.path[0] + 3 * a.points, b.path[0]);
+  const auto ends = [](const EffectParameters& e) HD_RT { return std::begin(e.path) + e.points; };
+  const auto isOne = [](const auto& p, const auto& q) HD_RT { return std::equal(std::begin(p), std::end(p), q); };
+  return all(a) == all(b) && std::equal(std::begin(a.path), ends(a), std::begin(b.path), isOne);
 }
 
 /** What such a command changes of an object; kParts: something that only control changes, or vertices. */

@@ -313,6 +313,30 @@ TEST(FreeBodies, AHandTakesOneAsItsToolAndLetsItGo) {
   EXPECT_NEAR(seen(house, kTool).X_WO.p.z(), 0.005, 3e-5) << "let go it falls, and lies on its face";
 }
 
+TEST(FreeBodies, WhatAHandLetsGoFliesOnAsTheHandMovedIt) {
+  House house;
+  SetBody box = body(kTool, 0.1);
+  box.com[0] = 0.02;  // Beside the frame: what turns moves it.
+  house.send(CommandKind::kSetBody, box);
+  house.run(20);
+  house.hold();
+  for (int i = 0; i < 300; ++i) {
+    house.aim({0.2e-3 * i - 0.03, 0, 0.06}, Vec3(0, 0, 0.005 * i));
+    house.run(1);
+  }
+  const Pose X = seen(house, kTool).X_WO;
+  const Twist V = seen(house, kTool).V_WO;
+  const Vec3 v = V.v + V.w.cross(X.q * vec3(box.com));
+  ASSERT_GT(V.v.norm(), 0.1);
+  ASSERT_GT((v - V.v).norm(), 0.05);
+  house.send(CommandKind::kDetachTool, DeviceRef{0});
+  house.run(30);
+  const RigidBody& freed = house.servo->cycle().bodies().body(0).body;
+  EXPECT_LT((freed.twist().v - v).norm(), 0.1 * v.norm());
+  EXPECT_LT((freed.twist().w - V.w).norm(), 0.1 * V.w.norm());
+  EXPECT_LT((seen(house, kTool).X_WO.p - X.p).norm(), 0.03 * v.norm() + 2e-3) << "from where the hand had it";
+}
+
 TEST(FreeBodies, TheSameInputsMoveThemAlikeWithoutACollideThread) {
   House house;
   house.hold();

@@ -54,10 +54,9 @@ Result<UsbFound> FalconName::choose(const std::vector<UsbFound>& plugged) {
   // One of the same serial number may have been plugged in since.
   const bool by_path = !path_.empty() && namesakes(name_, plugged) > 1;
   auto device = chooseUsb(plugged, by_path ? path_ : name_, "Novint Falcon");
-  if (device && path_.empty()) {
-    name_ = nameOf(*device, plugged);
-    path_ = device->path;
-  }
+  if (!device) return device;
+  if (path_.empty()) name_ = nameOf(*device, plugged);
+  path_ = device->path;
   return device;
 }
 

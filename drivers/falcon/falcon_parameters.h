@@ -43,7 +43,7 @@ class FalconName {
 
  private:
   std::string name_;
-  std::string path_;  ///< Where it was first.
+  std::string path_;  ///< Where it was last.
 };
 
 /** What a Falcon is and can do, by data sheet and CHAI3D. */

@@ -267,6 +267,8 @@ TEST(FalconSetup, TheSameIsFoundAgainWhateverElseIsPluggedInByThen) {
   EXPECT_EQ(twin.choose({falconAt("1-3", "FTX1")})->path, "1-3");
   EXPECT_EQ(twin.text(), "FTX1");
   EXPECT_EQ(twin.choose({falconAt("1-1", "FTX1"), falconAt("1-3", "FTX1")})->path, "1-3");
+  EXPECT_EQ(twin.choose({falconAt("1-7", "FTX1")})->path, "1-7");
+  EXPECT_EQ(twin.choose({falconAt("1-3", "FTX1"), falconAt("1-7", "FTX1")})->path, "1-7") << "where it was last";
 }
 
 TEST(FalconSetup, TheLargestForceAndItsStepAreThoseOfTheScale) {

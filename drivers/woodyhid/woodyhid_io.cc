@@ -38,7 +38,9 @@ Result<void> WoodyIo::open(const std::atomic<bool>& stop) {
 }
 
 void WoodyIo::close() noexcept {
-  for (int i = 0; i < kZeros && send(woodyhid::encodeCurrents({})) == HidResult::kRefused; ++i) {
+  const std::int64_t give_up_ns = hid_->now() + kKick_ns;  // One that hangs refuses after seconds.
+  for (int i = 0; i < kZeros && hid_->now() < give_up_ns; ++i) {
+    if (send(woodyhid::encodeCurrents({})) != HidResult::kRefused) break;
   }
   hid_->close();
   calibration_.store(Calibration::kNeeded);

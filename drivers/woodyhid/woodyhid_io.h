@@ -29,7 +29,7 @@ class WoodyIo final : public DeviceIo {
   static constexpr std::int64_t kFirstWord_ns = 500'000'000;  ///< Silence after open that says it is another device.
   static constexpr std::int64_t kTrust_ns = 10'000'000;  ///< Age of a reading by which forces may still be computed.
   static constexpr std::int64_t kRefusing_ns = 200'000'000;  ///< One that takes nothing for so long counts as gone.
-  static constexpr int kZeros = 3;                           ///< Attempts at it, when it is closed.
+  static constexpr int kZeros = 3;                           ///< Attempts at it, when it is closed and does not hang.
   static constexpr double kMostCountsPerMs = 200;            ///< Of a motor: twice what a hand does at 2 m/s.
   static constexpr int kBadInARow = 20;
   static constexpr int kStill = 5;  ///< Reports without a motion after which the arm is where the last one says.

@@ -69,6 +69,7 @@ std::vector<HidFound> findHid() {
     const std::filesystem::path device = std::filesystem::canonical(deviceFolderOf(path), unknown);
     one.instance = device.filename().string();
     one.socket = device.parent_path().string();
+    one.descriptor = reportDescriptorOf(path);
   }
   return found;
 }

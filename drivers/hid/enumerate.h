@@ -22,6 +22,7 @@ struct HidFound {
   std::uint16_t usage_page = 0;
   std::string instance;  ///< The kernel's name for what is plugged in, "0003:16C0:0486.0007", which it uses once.
   std::string socket;    ///< Where, in sysfs: "/sys/.../1-2/1-2:1.0". Both empty where that cannot be read.
+  std::vector<std::uint8_t> descriptor;  ///< Of its reports, as reportDescriptorOf().
 };
 
 /** Which of them is meant. All that is set must fit. */

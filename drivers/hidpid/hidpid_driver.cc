@@ -10,14 +10,14 @@ namespace hapticd {
 namespace {
 
 /** By what the device says of itself; its IDs do not matter. Nothing if it is none. */
-std::optional<pid::Layout> layoutAt(const std::string& path) {
-  const Result<HidReports> reports = HidReports::parse(reportDescriptorOf(path));
+std::optional<pid::Layout> layoutOf(const HidFound& found) {
+  const Result<HidReports> reports = HidReports::parse(found.descriptor);
   if (!reports || !pid::hasForceFeedback(*reports)) return {};
   const Result<pid::Layout> layout = pid::layoutOf(*reports);
   return layout ? std::optional(layout.value()) : std::nullopt;
 }
 
-bool isForceFeedback(const HidFound& found) { return layoutAt(found.path).has_value(); }
+bool isForceFeedback(const HidFound& found) { return layoutOf(found).has_value(); }
 
 std::vector<HidFound> plugged() {
   std::vector<HidFound> all = findHid();
@@ -97,7 +97,7 @@ Result<HidPidSetup> resolveHidPid(const DeviceUri& uri, const std::vector<HidFou
     info.manufacturer = found.value().manufacturer;
     wanted.serial = info.serial = found.value().serial;
     wanted.same = found.value();
-    if (const auto layout = layoutAt(found.value().path)) {
+    if (const auto layout = layoutOf(found.value())) {
       info.buttons = static_cast<std::uint32_t>(layout->buttons);
       axes = layout->axes;
     }

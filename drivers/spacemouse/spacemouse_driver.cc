@@ -40,7 +40,7 @@ void find(std::vector<DeviceFound>& found) {
 }  // namespace
 
 bool isSpaceMouse(const HidFound& found) {
-  return spacemouse::findProduct(found.vendor, found.product) != nullptr && mayBeCap(reportDescriptorOf(found.path));
+  return spacemouse::findProduct(found.vendor, found.product) != nullptr && mayBeCap(found.descriptor);
 }
 
 const std::vector<Parameter<SpaceMouseParameters>>& spaceMouseParameterTable() {

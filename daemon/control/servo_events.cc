@@ -97,10 +97,8 @@ void Core::tellRefused(const Session& session, ErrorCode code, const std::string
 void Core::refusedByServo(const std::string& device, const ServoEvent& e, Session* session) {
   const auto order = static_cast<CommandKind>(e.order);
   const auto code = static_cast<ErrorCode>(e.value);
-  // What it moved to the last may have gone with its client before that was read: no mistake of anybody's.
-  const bool over =
-      session != nullptr && (session->state == Session::State::kEnding || session->state == Session::State::kFreeing);
-  if (over && code == ErrorCode::kNotFound) return;
+  // What it moved to the last went with its client before that was read: no mistake of anybody's.
+  if (session != nullptr && code == ErrorCode::kNotFound && !clients_.has(session->client.connection)) return;
   const std::string object = scene_.nameOf(e.object);
   const std::string what =
       fmt::format("{}{}: {}", wordsOf(order), object.empty() ? std::string() : fmt::format(" of object '{}'", object),

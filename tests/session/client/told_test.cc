@@ -168,6 +168,20 @@ TEST_F(Told, NothingOfWhatAClientStillMovedAsItLeftWithItsObjects) {
   EXPECT_EQ(heard(EventKind::kRefused).size(), 0u);
 }
 
+TEST_F(Told, OfItsLastMistakeWhoEndsItsSessionAlone) {
+  const Session* const session = bench.live();
+  ASSERT_NE(session, nullptr);
+  hd_object_pose pose{};
+  pose.object = 77;
+  pose.q[0] = 1;
+  std::uint64_t seq = 0;
+  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
+            ErrorCode::kOk);
+  bench.core.sessions().end(session->id, "for the test");
+  bench.step(100);
+  EXPECT_EQ(heard(EventKind::kRefused).size(), 1u);
+}
+
 TEST_F(Told, AVertexThatTheObjectDoesNotHaveIsNotTakenForTheObject) {
   ASSERT_NE(bench.live(), nullptr);
   BuildMonitor monitor;

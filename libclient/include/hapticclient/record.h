@@ -18,8 +18,8 @@ typedef struct haptic_recording haptic_recording;
 typedef struct haptic_recording_end {
   uint32_t size;
   uint32_t reserved;
-  uint64_t cycles; /**< Servo cycles in it. */
-  uint64_t lost;   /**< Cycles after them that found no room, because the stream was read too slowly. */
+  uint64_t cycles;    /**< Servo cycles in it. */
+  uint64_t lost;      /**< Cycles after them that found no room, because the stream was read too slowly. */
   const char* reason; /**< "stopped": by haptic_recording_stop(); else what ended it, in words. */
 } haptic_recording_end;
 

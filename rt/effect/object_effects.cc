@@ -85,7 +85,7 @@ bool isWithin(const MeshView& mesh, const Vec3& x, std::uint32_t limit, std::uin
 void ObjectEffects::reset() HD_RT {
   anchor_.fill({});
   fresh_ = true;
-  left_ = 0;
+  left_ = most_ = 0;
   last_rest_ = Vec3::Zero();
 }
 
@@ -145,7 +145,7 @@ ObjectEffects::Felt ObjectEffects::feel(const Scene& scene, const Hand& hand, bo
     Vec3 pull = Vec3::Zero(), v = Vec3::Zero();
     double damping = 0, most = 0;
   } guided;
-  double deepest = 0;
+  double deepest = 0, guides = 0;
   int visits = 0;
   auto to_come = static_cast<int>(scene.effects().size());
   for (const std::uint32_t slot : scene.effects()) {
@@ -157,13 +157,13 @@ ObjectEffects::Felt ObjectEffects::feel(const Scene& scene, const Hand& hand, bo
     out.ends = out.ends || (slot == guide_ && lasts < 1);
     Place place;
     --to_come;
-    const int most = before ? kMostVisitsBefore : kMostVisitsOfAll;
-    const int left = std::clamp(most - visits - kLeastVisits * to_come, kLeastVisits, kMostVisits);
+    const int left = std::clamp(kMostVisitsOfAll - visits - kLeastVisits * to_come, kLeastVisits, kMostVisits);
     const bool found = lasts > 0 && find(object, effect, x, left, place);
     visits += place.visits;
     if (!found) continue;
     const double share = lasts * withinReach(place.distance, effect.reach);
     const Vec3 v_O = R_WO.transpose() * (hand.v - object.velocityAt(hand.p));
+    if (effect.kind != static_cast<std::uint32_t>(EffectKind::kGuide)) out.most += share * effect.force;
     if (effect.kind == static_cast<std::uint32_t>(EffectKind::kFriction)) {
       Anchor anchor = anchor_[slot];
       out.force += R_WO * friction(anchor, object.id, effect, x, share);
@@ -181,12 +181,14 @@ ObjectEffects::Felt ObjectEffects::feel(const Scene& scene, const Hand& hand, bo
       const double pull = lasts * well.pull(place.distance);
       // It damps not more than it pulls: where a solid that can be touched takes over, the force does not jump.
       guided = {Vec3::Zero(), R_WO * (place.across * v_O), share * effect.damping, pull};
+      guides = share * effect.force * (effect.damping > 0 ? 2 : 1);
       if (pull > 0) guided.pull = R_WO * (pull / place.distance * place.way);
     }
   }
   drags.add(guided.v, guided.damping, guided.most);
   out.force += guided.pull + drags.force(hand.max_damping);
   out.damping = drags.damping(hand.max_damping);
+  out.most += guides;
   visits_ += visits;
   return out;
 }
@@ -194,7 +196,8 @@ ObjectEffects::Felt ObjectEffects::feel(const Scene& scene, const Hand& hand, bo
 /**
  * What new orders change is what they would have done to the hand as it was a tick ago. Where the force of that tick
  * itself faded into that of this one, a program that ordered something in every tick delayed all of it by 19 ms: the
- * springs that the hand moved against, too.
+ * springs that the hand moved against, too. What fades is added up over orders: a guide that follows the hand in every
+ * tick is felt where it was 20 ms ago, and no more strongly than the effects of that time may push.
  */
 Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT {
   const Hand hand{p, v, now_ns, max_damping_};
@@ -215,8 +218,10 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
   changes_ = scene.effectChanges();
   left_ = std::max(0.0, left_ - dt);
   last_ = felt.force;
-  last_rest_ = left_ / kBlend * rest_;
-  return last_ + last_rest_;
+  most_ = left_ > 0 ? std::max(most_, felt.most) : felt.most;
+  const Vec3 force = left_ > 0 ? clampNorm(last_ + left_ / kBlend * rest_, most_) : last_;
+  last_rest_ = force - last_;
+  return force;
 }
 
 }  // namespace hapticd

@@ -14,7 +14,7 @@
 namespace hapticd {
 
 /**
- * Effects on one device point. Servo thread only; deterministic, no longer than searches of kMostVisitsOfAll together,
+ * Effects on one device point. Servo thread only; deterministic, no longer than twice searches of kMostVisitsOfAll,
  * which end with the nearest place found until then.
  *
  * All fields act together; of the guides that one in whose well the hand is deepest, which of equal guides is the
@@ -28,9 +28,8 @@ class ObjectEffects {
  public:
   static constexpr double kBlend = 0.02;  ///< [s]
   /** Nodes and triangles of meshes that one effect visits, and all of them in a tick, each at least its kLeastVisits.
-   */
+   * As many again in a tick that brings new orders: for another share of it another place may be found. */
   static constexpr int kMostVisits = 1024, kMostVisitsOfAll = 4096, kLeastVisits = 192;
-  static constexpr int kMostVisitsBefore = 1024;  ///< As kMostVisitsOfAll, beside it, in a tick after new orders.
 
   /** Force on a hand at p that moves at v, in W [N]. Once a tick of `dt`. */
   [[nodiscard]] Vec3 step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT;
@@ -68,6 +67,7 @@ class ObjectEffects {
   struct Felt {
     Vec3 force = Vec3::Zero();
     double damping = 0;
+    double most = 0;          ///< Than which the force is no larger [N].
     std::uint32_t guide = 0;  ///< Slot of the guide that acts, 0 for none.
     bool ends = false;        ///< That of the last tick is at its end.
   };
@@ -91,6 +91,7 @@ class ObjectEffects {
   Vec3 last_rest_ = Vec3::Zero();  ///< still faded [N].
   Vec3 rest_ = Vec3::Zero();       ///< What fades after the last change [N],
   double left_ = 0;                ///< for so much longer [s].
+  double most_ = 0;                ///< Of Felt::most the largest of the last tick and meanwhile [N].
   std::uint64_t changes_ = 0;      ///< Scene::effectChanges() of the last tick.
 };
 

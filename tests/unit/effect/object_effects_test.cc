@@ -391,6 +391,23 @@ TEST(ObjectEffects, OrdersInEveryTickDelayNothingThatTheHandDoes) {
   }
 }
 
+TEST(ObjectEffects, AGuideThatFollowsTheHandPullsNoHarderThanItMay) {
+  for (const int every : {1, 2, 3}) {
+    EffectScene t;
+    const auto acrossAt = [](double x) {
+      return test::along(effect(EffectKind::kGuide, 2, 4000), {{x, -1, 0}, {x, 1, 0}});
+    };
+    const auto guide = t.add(acrossAt(0));
+    double most = 0;
+    for (int i = 0; i < 100; ++i) {
+      if (i % every == 0) t.set(guide, acrossAt(3e-4 * (i - 1)));
+      most = std::max(most, t.feel({3e-4 * i, 0, 0}, {0.3, 0, 0}).norm());
+    }
+    EXPECT_LE(most, 2 + 1e-9) << every;
+    EXPECT_GT(most, 1.1) << "where it was 20 ms ago, or a tick";
+  }
+}
+
 TEST(ObjectEffects, TheSameOnceMoreIsNoChange) {
   EffectScene t;
   const auto id = t.add(test::along(effect(EffectKind::kForce, 1), {{-1, 0, 0}, {1, 0, 0}}));

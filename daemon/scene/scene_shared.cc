@@ -95,6 +95,7 @@ void SceneModel::takeOver(const PosedObject& now, std::size_t sink, Part part, O
 }
 
 void SceneModel::moveOn(Object& object) {
+  if (object.spec.body.mass > 0) return;  // What it has met since stopped it: straight on is inside of that.
   if (object.placed_in == nullptr) {
     const auto any = std::find_if(sinks_.begin(), sinks_.end(), [](const CommandSink* s) { return s != nullptr; });
     if (any == sinks_.end()) return;

@@ -283,6 +283,20 @@ TEST_F(SceneModelTest, AVelocityPutsAnObjectOnItsWayNotBackOnIt) {
   EXPECT_EQ(give(1).p[0], 0) << "where it rested";
 }
 
+TEST_F(SceneModelTest, AVelocityPutsABodyNotThroughWhatItMayHaveMetMeanwhile) {
+  const auto id = *scene.create(sphere("ball"), client(1));
+  BodySpec body;
+  body.mass = 0.1;
+  ASSERT_TRUE(scene.setBody("ball", body).ok());
+  sink.board = asMade(id);
+  sink.board.v_PO[2] = -2;
+  sink.board.tick = 1000;
+  sink.taken = sink.orders.size();
+  sink.next_tick = 1016;
+  ASSERT_TRUE(scene.setVelocity("ball", {}).ok());
+  EXPECT_EQ(sink.orders.back().as<hd_object_pose>().p[2], 0);
+}
+
 TEST_F(SceneModelTest, TheTicksOfAServoThatHasGoneMoveNothing) {
   const auto id = *scene.create(sphere("ball"), client(1));
   sink.board = asMade(id);

@@ -16,11 +16,6 @@
 namespace hapticd {
 namespace {
 
-/** Whatever has moved farther between two questions was put there [m]. */
-constexpr double kTeleport = Scene::kTeleportSpeed * 2e-3;
-
-constexpr std::uint32_t kMostCut = 50;  ///< Answers: as long as the servo goes on without any (HeldTool::kStale).
-
 bool isLate(const WorkBudget& budget) HD_RT {
   return budget.clock != nullptr && budget.deadline_ns != 0 && budget.clock->now() >= budget.deadline_ns;
 }
@@ -121,90 +116,6 @@ void SceneContacts::drop(std::uint32_t i) HD_RT {
 
 const VolumeView* SceneContacts::volumeOf(const Shape& shape) const HD_RT {
   return volumes_ != nullptr && shape.kind == ShapeKind::kMesh ? volumes_->get(shape.mesh_entry) : nullptr;
-}
-
-const SceneContacts::Stood* SceneContacts::then(const Stood& now) const HD_RT {
-  for (const Stood& then : std::span(last_).first(last_count_)) {
-    if (then.slot != now.slot || then.number != now.number) continue;
-    const bool elsewhere = then.arrived != now.arrived || (then.X_WO.p - now.X_WO.p).norm() > kTeleport ||
-                           then.X_WO.q.angularDistance(now.X_WO.q) > Scene::kTeleportAngle;
-    return elsewhere ? nullptr : &then;
-  }
-  return nullptr;
-}
-
-Pose SceneContacts::before(const Stood& now) const HD_RT {
-  const Stood* const stood = then(now);
-  return stood != nullptr ? stood->X_WO : now.X_WO;
-}
-
-void SceneContacts::remember(const CollideRequest::Held& held) HD_RT {
-  std::array<Stood, CollideRequest::kMostObstacles + 1> now;
-  std::uint32_t count = 0;
-  now[count++] = stoodOf(held);
-  for (std::uint32_t k = 0; k < held.count; ++k) {
-    Stood stood = stoodOf(held.obstacle[k]);
-    const Stood* const last = then(stood);
-    if ((cut_ >> k & 1) != 0) stood.cut = last != nullptr ? last->cut + 1 : 1;
-    now[count++] = stood;
-  }
-  last_ = now;
-  last_count_ = count;
-}
-
-/** On which side of a sheet a point stood says nothing once either was put elsewhere, or another sheet in its place. */
-void SceneContacts::forgetSides(const CollideRequest::Held& held) HD_RT {
-  const bool stays = then(stoodOf(held)) != nullptr;
-  for (std::uint32_t k = 0; k < held.count; ++k) {
-    const CollideRequest::Obstacle& obstacle = held.obstacle[k];
-    if (!isFirm(obstacle.shape) || !isSheet(obstacle.shape)) continue;
-    if (stays && then(stoodOf(obstacle)) != nullptr) continue;
-    for (Sided& at : side_) {
-      if (at.slot == obstacle.slot) at = {};
-    }
-  }
-}
-
-/** Whose turn it is: that which has been cut short for the longest. */
-std::uint32_t SceneContacts::firstOf(const CollideRequest::Held& held) const HD_RT {
-  std::uint32_t first = 0, most = 0;
-  for (std::uint32_t k = 0; k < held.count; ++k) {
-    const Stood* const last = then(stoodOf(held.obstacle[k]));
-    if (last == nullptr || last->cut <= most) continue;
-    most = last->cut;
-    first = k;
-  }
-  return first;
-}
-
-/** Contacts of the last answer with obstacles for which there was no time, where they are now. */
-void SceneContacts::carryOver(const CollideRequest::Held& held, double margin, const ContactModel& model) HD_RT {
-  if (cut_ == 0 || then(stoodOf(held)) == nullptr) return;
-  const std::uint32_t found = found_.count;
-  for (std::uint32_t i = 0; i < model.count; ++i) {
-    for (std::uint32_t k = 0; k < held.count; ++k) {
-      const CollideRequest::Obstacle& obstacle = held.obstacle[k];
-      if ((cut_ >> k & 1) == 0 || obstacle.slot != model.point[i].body()) continue;
-      const Stood* const last = then(stoodOf(obstacle));
-      if (last == nullptr || last->cut >= kMostCut) continue;
-      const Touch touch = model.touch(i, held.X_WO, Vec3::Zero(), obstacle.X_WO, Twist{});
-      Contact contact;
-      contact.p_WA = touch.r_a;
-      contact.n_W = touch.n;
-      contact.depth = -touch.gap;
-      contact.p_WB = contact.p_WA + contact.depth * contact.n_W;
-      contact.feature_a = model.point[i].feature();
-      const bool known = isFound(k, contact.feature_a, found);
-      if (touch.gap <= margin && !known) keep(contact, held, k);
-    }
-  }
-}
-
-bool SceneContacts::isFound(std::uint32_t k, std::uint32_t feature, std::uint32_t among) const HD_RT {
-  for (std::uint32_t i = 0; i < among; ++i) {
-    if (body_of_[i] == k && found_.contact[i].feature_a == feature) return true;
-  }
-  return false;
 }
 
 bool SceneContacts::tryVolume(std::uint32_t k, const CollideRequest::Held& held, double ahead, const WorkBudget& budget,
@@ -405,7 +316,8 @@ void SceneContacts::tryPoints(bool hot, std::uint32_t& cursor, Tries& tries, con
     const std::uint32_t i = (first + k) % n;
     if (tries.was_hot[i] != hot || tries.tried[i]) continue;
     tries.tried[i] = !purse.empty();
-    if (tries.tried[i] && tryPoint(i, held, margin, purse)) --purse.report.dropped;
+    tries.known[i] = tries.tried[i] && tryPoint(i, held, margin, purse);
+    if (tries.known[i]) --purse.report.dropped;
     if (!purse.over) continue;
     cursor = i;
     return;
@@ -454,8 +366,10 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     tryMantle(k, held, margin, most);
   }
   const bool all_whole = whole_ == (std::uint64_t{1} << held.count) - 1;
+  const std::uint32_t of_points = ~whole_ & ((1u << held.count) - 1);
+  Tries tries;
   if (!all_whole && points_.count() > 0) {
-    Tries tries{hot_, {}};
+    tries.was_hot = hot_;
     report.dropped += points_.count();
     tryPoints(true, hot_cursor_, tries, held, margin, most);
     for (std::uint32_t k = 0; k < held.count; ++k) tryRidges(k, held, most);
@@ -463,12 +377,13 @@ void SceneContacts::find(const CollideRequest::Held& held, double ahead, const W
     // What the others left is for those that touched. Edges and ridges are not tried again.
     tryPoints(true, hot_cursor_, tries, held, margin, all);
     report.exhausted = report.exhausted || most.over || all.over;
-    if (most.over) cut_ |= ~whole_ & ((1u << held.count) - 1);
+    if (most.over && all.over && isLate(budget)) cut_ |= of_points;
   }
   dropToldTwice(held);
   dropHidden(held, last);
+  if (most.over) cut_ |= of_points;  // Not before: an edge for which there was no time hides seams as well.
   for (std::uint32_t k = 0; held.put && k < held.count; ++k) tryWayOut(k, held, last);
-  carryOver(held, margin, model);
+  carryOver(held, margin, model, tries);
   remember(held);
 
   std::array<ContactBody, CollideRequest::kMostObstacles> bodies;

@@ -29,7 +29,7 @@ namespace hapticd {
  * way that it will go: a plane that it has not reached stops it there, one that it has passed could only push it back.
  *
  * An open mesh without a volume is a wall from both sides: for each point the one that it came from counts until it has
- * left the sheet, or was put elsewhere.
+ * left the sheet, one of them was put elsewhere, or the sheet was not asked about.
  *
  * What stands in the scene between two points of the tool is found, too: its balls, discs, edges and ridges are tried
  * against the tool's surface (round_obstacle.cc, edge_obstacle.cc, mantle_obstacle.cc, mesh_edge_obstacle.cc). A point
@@ -97,7 +97,13 @@ class SceneContacts {
   void remember(const CollideRequest::Held& held) HD_RT;
   void forgetSides(const CollideRequest::Held& held) HD_RT;
   [[nodiscard]] std::uint32_t firstOf(const CollideRequest::Held& held) const HD_RT;
-  void carryOver(const CollideRequest::Held& held, double margin, const ContactModel& model) HD_RT;
+  /** Of one question: the points that touched before, those that have had their turn, and that are known by that. */
+  struct Tries {
+    std::array<bool, ToolPoints::kMost> was_hot{}, tried{}, known{};
+  };
+  void carryOver(const CollideRequest::Held& held, double margin, const ContactModel& model, const Tries& tries) HD_RT;
+  [[nodiscard]] bool isKnown(std::uint32_t k, std::uint32_t feature, const CollideRequest::Held& held,
+                             const Tries& tries) const HD_RT;
   /** Whether that feature's contact with obstacle k is among the first so many found. */
   [[nodiscard]] bool isFound(std::uint32_t k, std::uint32_t feature, std::uint32_t among) const HD_RT;
   struct Purse;
@@ -152,10 +158,6 @@ class SceneContacts {
    * lookAt()'s. */
   void tryFurtherWalls(std::uint32_t i, std::uint32_t k, const CollideRequest::Held& held, const PointTouch& first,
                        int side, double margin, Purse& purse) HD_RT;
-  /** Of one question: the points that touched before, and those that have had their turn. */
-  struct Tries {
-    std::array<bool, ToolPoints::kMost> was_hot{}, tried{};
-  };
   /** Those that touched last time, or the others, from `cursor` on, which says where it ended if the purse was empty.
    */
   void tryPoints(bool hot, std::uint32_t& cursor, Tries& tries, const CollideRequest::Held& held, double margin,

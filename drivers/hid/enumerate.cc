@@ -36,6 +36,16 @@ std::string deviceFolderOf(const std::string& path) {
   return "/sys/class/hidraw/" + (slash == std::string::npos ? path : path.substr(slash + 1)) + "/device";
 }
 
+/** Of a node, without opening it. */
+std::vector<std::uint8_t> reportDescriptorOf(const std::string& path) {
+  constexpr std::size_t kLargest = 4096;  // HID_MAX_DESCRIPTOR_SIZE of the kernel.
+  const std::string file = deviceFolderOf(path) + "/report_descriptor";
+  std::vector<std::uint8_t> bytes(kLargest);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rbe"), &std::fclose);
+  bytes.resize(in ? std::fread(bytes.data(), 1, bytes.size(), in.get()) : 0);
+  return bytes;
+}
+
 bool isSame(const HidFound& was, const HidFound& now) {
   const bool alike = was.vendor == now.vendor && was.product == now.product && was.serial == now.serial;
   if (!alike || !now.serial.empty()) return alike;
@@ -96,15 +106,6 @@ Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wan
                                                      : "";
   return Error{ErrorCode::kNotFound, "HID devices", fmt::format("{}{} is not plugged in", wanted.what, which),
                there.empty() ? "plug it in; lsusb lists what the kernel sees" : "there are " + there};
-}
-
-std::vector<std::uint8_t> reportDescriptorOf(const std::string& path) {
-  constexpr std::size_t kLargest = 4096;  // HID_MAX_DESCRIPTOR_SIZE of the kernel.
-  const std::string file = deviceFolderOf(path) + "/report_descriptor";
-  std::vector<std::uint8_t> bytes(kLargest);
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> in(std::fopen(file.c_str(), "rbe"), &std::fclose);
-  bytes.resize(in ? std::fread(bytes.data(), 1, bytes.size(), in.get()) : 0);
-  return bytes;
 }
 
 }  // namespace hapticd

@@ -22,7 +22,7 @@ struct HidFound {
   std::uint16_t usage_page = 0;
   std::string instance;  ///< The kernel's name for what is plugged in, "0003:16C0:0486.0007", which it uses once.
   std::string socket;    ///< Where, in sysfs: "/sys/.../1-2/1-2:1.0". Both empty where that cannot be read.
-  std::vector<std::uint8_t> descriptor;  ///< Of its reports, as reportDescriptorOf().
+  std::vector<std::uint8_t> descriptor;  ///< Of its reports, from sysfs; empty if it cannot be read.
 };
 
 /** Which of them is meant. All that is set must fit. */
@@ -52,8 +52,5 @@ struct HidWanted {
 }
 /** The authority of a URI for that serial number: "default" where there is none. */
 [[nodiscard]] inline std::string authorityOf(const std::string& serial) { return serial.empty() ? "default" : serial; }
-
-/** The report descriptor of a node, from sysfs, without opening it; empty if it cannot be read. */
-[[nodiscard]] std::vector<std::uint8_t> reportDescriptorOf(const std::string& path);
 
 }  // namespace hapticd

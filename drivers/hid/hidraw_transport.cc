@@ -51,7 +51,7 @@ Result<void> HidrawTransport::open() {
     return refusal(path, error);
   }
   node_.lend(node);
-  descriptor_ = reportDescriptorOf(path);
+  descriptor_ = found->descriptor;
   plugged_ = {fmt::format("{:04x}:{:04x} {}", found->vendor, found->product, found->serial), found->instance};
   wanted_.same = std::move(*found);
   return {};

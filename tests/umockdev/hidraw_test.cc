@@ -31,6 +31,18 @@ bool served(Device& device, DeviceSample& sample, Done done, const DeviceCommand
   return false;
 }
 
+void expectCapIsHeard(Device& device, HidrawTestbed& bed, haptic_emu::SpaceMouseModel& model) {
+  const auto opened = device.open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  {
+    const auto held = bed.hold();
+    model.push({350, 0, 0, 0, 0, 0});
+  }
+  DeviceSample sample;
+  EXPECT_TRUE(served(device, sample, [&] { return sample.p.y() > 0.01; })) << sample.p.transpose();
+  device.close();
+}
+
 TEST(Umockdev, ASpaceMouseIsFoundByUdevAndItsCapMovesTheTool) {
   haptic_emu::SpaceMouseModel model(true);
   HidrawTestbed bed(model, kMouse);
@@ -39,22 +51,14 @@ TEST(Umockdev, ASpaceMouseIsFoundByUdevAndItsCapMovesTheTool) {
   EXPECT_EQ(found[0].path, HidrawTestbed::kNode);
   EXPECT_EQ(found[0].name, "SpaceMouse Pro Wireless");
   EXPECT_EQ(found[0].serial, "EMU7");
-  EXPECT_EQ(reportDescriptorOf(found[0].path), model.descriptor());
+  EXPECT_EQ(found[0].descriptor, model.descriptor());
   EXPECT_EQ(found[0].instance, "0003:256F:C631.0007");
   EXPECT_EQ(found[0].socket, "/sys/devices/pci0000:00/0000:00:14.0/usb1/1-2/1-2:1.0");
 
   auto device = makeDevice("spacemouse://EMU7");
   ASSERT_TRUE(device.ok()) << toString(device.error());
   EXPECT_EQ((*device)->info().serial, "EMU7");
-  const auto opened = (*device)->open();
-  ASSERT_TRUE(opened.ok()) << toString(opened.error());
-  {
-    const auto held = bed.hold();
-    model.push({350, 0, 0, 0, 0, 0});
-  }
-  DeviceSample sample;
-  EXPECT_TRUE(served(**device, sample, [&] { return sample.p.y() > 0.01; })) << sample.p.transpose();
-  (*device)->close();
+  expectCapIsHeard(**device, bed, model);
 }
 
 TEST(Umockdev, OfTheInterfacesOfAReceiverTheOneWithTheCapIsTaken) {
@@ -73,15 +77,7 @@ TEST(Umockdev, OfTheInterfacesOfAReceiverTheOneWithTheCapIsTaken) {
   EXPECT_THAT(listed, ::testing::ElementsAre("spacemouse://default"));
   const auto device = makeDevice("spacemouse://default");
   ASSERT_TRUE(device.ok()) << toString(device.error());
-  const auto opened = (*device)->open();
-  ASSERT_TRUE(opened.ok()) << toString(opened.error());
-  {
-    const auto held = bed.hold();
-    model.push({350, 0, 0, 0, 0, 0});
-  }
-  DeviceSample sample;
-  EXPECT_TRUE(served(**device, sample, [&] { return sample.p.y() > 0.01; })) << sample.p.transpose();
-  (*device)->close();
+  expectCapIsHeard(**device, bed, model);
 }
 
 TEST(Umockdev, AWoodenHapticsArmIsHeardAndSpokenTo) {

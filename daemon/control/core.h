@@ -31,7 +31,7 @@ namespace hapticd {
 
 /** What the process knows of itself; for status and doctor. */
 struct ProcessFacts {
-  std::string config_file;  ///< Empty: the embedded default.
+  std::string config_file;  ///< Its whole path; empty: the embedded default.
   std::string control_socket, admin_socket;
   bool memory_locked = false;
   std::string memory_note;  ///< Why not.

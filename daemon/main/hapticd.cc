@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <span>
+#include <string>
+#include <system_error>
 #include <vector>
 
 #include "daemon/armed/armed_list.h"
@@ -40,6 +43,13 @@ int failStart(Error error, int other_code) {
   error.remedy +=
       "; or pass --allow-no-rt";  // Said here alone: where the note of a start with it goes, it helps nobody.
   return fail(error, kExitNoRealtime);
+}
+
+/** As those read it who were not started where we were. */
+std::string fromAnywhere(const std::string& file) {
+  std::error_code unknown;  // Where we were started may be there no more.
+  const auto whole = file.empty() ? std::filesystem::path() : std::filesystem::absolute(file, unknown);
+  return unknown ? file : whole.lexically_normal().string();
 }
 
 std::uint64_t drawEpoch() {
@@ -311,7 +321,7 @@ int start(const Options& options) {
   core_options.devices_required = options.devices_named;
   Core core(core_options, clock);
   core.keepArmed(std::move(*armed));
-  core.facts().config_file = options.loaded.file;
+  core.facts().config_file = fromAnywhere(options.loaded.file);
   core.facts().control_socket = sockets->control.path();
   core.facts().admin_socket = sockets->admin.path();
   startBuilder(core);

@@ -43,6 +43,21 @@ TEST_F(ProgramTest, ServesRefusesASecondEndsCleanlyAndLeavesNoSocket) {
   EXPECT_EQ(folder.st_mode & 0777u, 0700u);
 }
 
+/** hapticctl doctor looks whether it was changed since, wherever that is run. */
+TEST_F(ProgramTest, TellsTheWholePathOfItsConfiguration) {
+  const std::string file = directory.path() + "/here.toml";
+  std::ofstream(file) << "[servo]\nmissed_limit = 1000\n";
+  Program program(directory, run({"--config", std::filesystem::relative(file)}));
+  ASSERT_TRUE(program.says("ready")) << program.output();
+  Loop loop;
+  RawClient client{loop, socket};
+  auto hello = client.daemon.helloRequest();
+  hello.setProtocolMajor(proto::PROTOCOL_MAJOR);
+  const auto answer = loop.call(kj::mv(hello));
+  ASSERT_TRUE(good(answer.getStatus()));
+  EXPECT_STREQ(answer.getInfo().getConfigFile().cStr(), file.c_str());
+}
+
 /** Whose terminal is closed, say. */
 TEST_F(ProgramTest, AHangUpEndsItInGoodOrder) {
   Program program(directory, run());

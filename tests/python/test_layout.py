@@ -102,6 +102,9 @@ class Frames(unittest.TestCase):
                 np.testing.assert_array_equal(back, values)
         with self.assertRaises(ValueError):
             hapticclient.convert([1, 2], hapticclient.Frame.HAPTICD, hapticclient.Frame.ROS)
+        for none in (4, 1 << 32 | 2, -1):  # The library would read the lowest 32 bits.
+            with self.assertRaisesRegex(ValueError, f"{none} is none of Frame.HAPTICD, "):
+                hapticclient.convert([1, 2, 3], none, hapticclient.Frame.HAPTICD)
 
 
 class Errors(unittest.TestCase):

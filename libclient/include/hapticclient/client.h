@@ -52,7 +52,7 @@ typedef struct haptic_daemon_info {
   const char* version;
   const char* scheduling_note; /**< Why not, when realtime is 0. */
   const char* socket;          /**< The path this connection uses. */
-  const char* config_file;     /**< Empty: the embedded default. */
+  const char* config_file;     /**< Its whole path; empty: the embedded default. */
 } haptic_daemon_info;
 
 /**

@@ -4,7 +4,6 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import dataclasses
-import enum
 import json
 import math
 import sys
@@ -22,7 +21,7 @@ from .handle import Handle
 from .recording import Recording
 from .session import Session, raw_material
 from .types import (Check, DaemonInfo, DeviceInfo, DeviceLimits, EffectKind, Event, Histogram, Material, MeshReport, ObjectFlag,
-                    ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel)
+                    ObjectState, Pose, ShapeKind, Statistics, Status, Surface, TextureReport, VibrationModel, _Chosen)
 
 _lib = _abi.lib
 _List = list  # Scene has a method of that name
@@ -423,7 +422,7 @@ class Client(Handle):
         return Events(handle, self)
 
 
-class Frame(enum.IntEnum):
+class Frame(_Chosen):
     """Axes of other systems; frames.h has the table."""
     HAPTICD = 0
     OPENGL = 1
@@ -439,5 +438,5 @@ def convert(values: npt.ArrayLike, source: Frame, target: Frame) -> npt.NDArray[
     if given.shape not in functions:
         raise ValueError("3 numbers, 4 numbers or 3 x 3 numbers are needed")
     result = np.empty_like(given)
-    check(functions[given.shape](int(source), int(target), given.ctypes.data, result.ctypes.data))
+    check(functions[given.shape](Frame(source), Frame(target), given.ctypes.data, result.ctypes.data))
     return result

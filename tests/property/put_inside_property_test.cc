@@ -105,7 +105,7 @@ TEST(PutInsideProperty, WhateverIsMadeInEachOtherComesApart) {
   constexpr ShapeKind kKinds[] = {ShapeKind::kBox, ShapeKind::kCylinder, ShapeKind::kCapsule, ShapeKind::kSphere,
                                   ShapeKind::kMesh};
   enum Family : std::uint8_t { kSamePlace, kAlike, kPlates, kAny };
-  constexpr int kTicks = 1500;
+  constexpr int kTicks = 2500;
   unsigned inside = 0;
   forSeeds({122, 239}, 50, [&](unsigned seed) {
     PutTogether scene(seed);

@@ -26,13 +26,14 @@ TEST(Well, IsAsDeepAsTheWorkOfItsPullForAnyNumbers) {
                  reach = random.in(0.001, 0.1);
     const Well well(stiffness, most, reach);
     constexpr int kSteps = 20'000;
+    const double step = reach / kSteps, kink = stiffness * step * step / 8;  // What midpoints miss of its one bend.
     double work = 0, highest = 0;
     for (int i = kSteps - 1; i >= 0; --i) {  // From far away inward, midpoints.
       const double pull = well.pull((i + 0.5) / kSteps * reach);
       work += pull * reach / kSteps;
       highest = std::max(highest, pull);
       if (i % 500 == 0) {
-        ASSERT_NEAR(well.depth(static_cast<double>(i) / kSteps * reach), work, 1e-6 * most * reach);
+        ASSERT_NEAR(well.depth(static_cast<double>(i) / kSteps * reach), work, 1e-6 * most * reach + kink);
       }
     }
     EXPECT_LE(highest, most * (1 + 1e-12));

@@ -68,7 +68,7 @@ TEST(ProxyPinch, ItGoesWithWhatMovesLeastAsTheyClose) {
           Press press(t, 2 * radius + kGap, planes);
           FarAway far(t);
           Random random(seedOf(1));
-          const double stiffness = side > 0 ? kJawStiffness : kSofter;
+          const double stiffness = side > 0 ? kJawStiffness : kSofter, others = side > 0 ? kSofter : kJawStiffness;
           Moved &own = side > 0 ? press.floor : press.ceiling, &other = side > 0 ? press.ceiling : press.floor;
           const double on = side > 0 ? radius : radius + kGap;
           const Vec3 hand(0, 0, on - side * kDeep);
@@ -82,7 +82,8 @@ TEST(ProxyPinch, ItGoesWithWhatMovesLeastAsTheyClose) {
             gap -= comes + meets;
             surface += comes;
             proxy = gap > 0 ? surface : proxy + (by_own ? comes : -meets);
-            EXPECT_NEAR(side * t.tick(hand).force.z(), stiffness * (proxy + kDeep), 1e-6)
+            const double deep = proxy + kDeep;  // Below 0 it is the other one that pushes.
+            EXPECT_NEAR(side * t.tick(hand).force.z(), (deep > 0 ? stiffness : others) * deep, 1e-6)
                 << side << ' ' << planes << ' ' << radius << ' ' << faster << ": " << comes << ", " << meets;
           };
           const auto close = [&](double comes, double meets) {

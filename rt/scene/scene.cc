@@ -455,7 +455,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   } else {
     motion.told_for = std::max(0.0, motion.told_for - dt);
   }
-  motion.told = motion.told || motion.told_for > 0;
+  motion.told = motion.told || motion.told_for > 0 || driven;  // Driven, what is above may have yet to move.
   const Twist V_PO = motion.told_for > 0 ? motion.V_told : object.V_PO;
   object.X_WO_before = object.X_WO;
   const Vec3 middle_O = object.toLocal(object.center_W);

@@ -212,7 +212,7 @@ class Scene {
     bool world_moved = false;        ///< In the last advance(): children follow.
     Twist V_told;                    ///< By poses alone, in the parent's frame,
     double told_for = 0;             ///< so much longer [s].
-    bool told = false;  ///< It or that of an object above was not zero, now or the tick before: children follow.
+    bool told = false;  ///< It, a given one or that of an object above is or was just not zero: children follow.
   };
 
   ErrorCode change(const Command& command) HD_RT;

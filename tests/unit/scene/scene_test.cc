@@ -144,6 +144,33 @@ TEST(Scene, VelocityMovesOnAndComposesUpTheTree) {
   EXPECT_LT((o.velocityAt(o.X_WO.p + Vec3(1, 0, 0)) - v - Vec3(0, 2, 0)).norm(), 1e-9);
 }
 
+/** Though nothing has moved yet in the tick of the order, nor in that of the one to stay. */
+TEST(Scene, PartsHaveTheVelocityThatTheirGroupIsGivenFromThatTickOn) {
+  for (const bool turns : {false, true}) {
+    TestScene t;
+    const auto group = t.add(ShapeKind::kGroup, Vec3::Zero());
+    const auto inner = t.add(ShapeKind::kGroup, Vec3::Zero(), {}, {}, HD_OBJECT_ENABLED, group);
+    const auto part =
+        t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0.5, 0, 0), kUnturned}, {}, HD_OBJECT_ENABLED, inner);
+    for (int i = 0; i < 5; ++i) t.scene->advance(kTick);
+    const SceneObject& o = *t.scene->find(part);
+    const Twist V = turns ? Twist{Vec3::Zero(), Vec3(0, 0, 2)} : Twist{Vec3(0, 0.25, 0), Vec3::Zero()};
+    for (const double way : {1.0, -1.0, 0.0, 1.0, 0.0}) {
+      SCOPED_TRACE(way);
+      const Pose before = o.X_WO;
+      t.pose(group, t.scene->find(group)->X_PO, {way * V.v, way * V.w});
+      t.scene->advance(kTick);
+      EXPECT_EQ(o.X_WO.p, before.p);
+      const Vec3 arm = o.X_WO.p - t.scene->find(group)->X_WO.p;
+      EXPECT_LT((o.V_WO.w - way * V.w).norm(), 1e-12);
+      EXPECT_LT((o.V_WO.v - way * (V.v + V.w.cross(arm))).norm(), 1e-12);
+    }
+    t.scene->advance(kTick);
+    EXPECT_EQ(o.V_WO.v, Vec3(Vec3::Zero()));
+    EXPECT_EQ(o.V_WO.w, Vec3(Vec3::Zero()));
+  }
+}
+
 TEST(Scene, PosesWithoutVelocityGiveTheirDifferenceAndThenRest) {
   TestScene t;
   const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0));
@@ -229,6 +256,35 @@ TEST(Scene, CreationAndShapeChangeAreNoMotion) {
   t.scene->advance(kTick);
   EXPECT_FALSE(t.scene->find(id)->moved);
   EXPECT_NEAR(t.scene->find(id)->radius, 0.3, 1e-12);
+}
+
+/** In that tick and no other, also where all rests; one that it shows already does not come anew. */
+TEST(Scene, AMeshThatAnObjectIsGivenAppears) {
+  TestMesh one = test::sphereMesh(0.1, 4), other = test::sphereMesh(0.2, 4);
+  TestScene t;
+  const auto id = t.addMesh(one.view());
+  t.table->publish(20, other.view());
+  const SceneObject& o = *t.scene->find(id);
+  const auto mesh = static_cast<std::uint32_t>(ShapeKind::kMesh);
+  t.scene->advance(kTick);
+  EXPECT_TRUE(o.appeared);
+  for (int i = 0; i < 5; ++i) t.scene->advance(kTick);
+  for (const bool another : {true, false}) {
+    EXPECT_FALSE(o.appeared);
+    ASSERT_EQ(t.setShape(id, {mesh, 20, {}}), ErrorCode::kOk);
+    t.scene->advance(kTick);
+    EXPECT_EQ(o.appeared, another);
+    EXPECT_FALSE(o.moved);
+    for (int i = 0; i < 5; ++i) t.scene->advance(kTick);
+  }
+  t.flags(id, HD_OBJECT_ENABLED, 0);
+  t.scene->advance(kTick);
+  EXPECT_FALSE(o.appeared);
+  t.flags(id, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED);
+  t.scene->advance(kTick);
+  EXPECT_TRUE(o.appeared);
+  t.scene->advance(kTick);
+  EXPECT_FALSE(o.appeared);
 }
 
 TEST(Scene, TheBallHoldsTheMeshWhereverItIs) {

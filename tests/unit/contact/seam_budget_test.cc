@@ -4,7 +4,9 @@
 #include <array>
 #include <memory>
 
+#include "rt/base/rotation.h"
 #include "rt/collide/scene_contacts.h"
+#include "tests/support/random.h"
 #include "tests/support/shape/test_mesh.h"
 
 namespace hapticd {
@@ -53,6 +55,40 @@ TEST(SeamBudget, ManyContactsWithManyObstaclesEndWithTheTimeToo) {
     (void)q.ask({1 << 30, end, &clock});
     EXPECT_LE(q.report.work, end + 2 * 256) << part << " twentieths of " << all;
   }
+}
+
+/** Contacts of a plug on a floor of nine tiles that lead aside, for 40 of its poses. */
+int seamsFeltWith(std::uint32_t units) {
+  Random random(1);
+  int aside = 0;
+  for (int i = 0; i < 40; ++i) {
+    CollideRequest::Held held;
+    held.object = makeObjectId(9, 1);
+    held.shape = {ShapeKind::kBox, {0.01, 0.01, 0.03}};
+    held.X_WO = {Vec3::Zero(), fromRotationVector(random.vector(0.2))};
+    held.count = 9;
+    for (std::uint32_t k = 0; k < held.count; ++k) {
+      held.obstacle[k].slot = 7 + k;
+      held.obstacle[k].shape = {ShapeKind::kBox, {0.01, 0.01, 0.01}};
+      held.obstacle[k].X_WO.p = Vec3(0.02 * (k % 3) - 0.02, 0.02 * (k / 3) - 0.02, -0.01);
+    }
+    held.X_WO.p = random.vector(0.01);
+    held.X_WO.p.z() = held.X_WO.q.toRotationMatrix().row(2).cwiseAbs().dot(held.shape.size) - 5e-5;  // It has sunk in.
+    SceneContacts contacts;
+    ContactModel model;
+    DetectorReport report;
+    contacts.find(held, 0, {units, 0, nullptr}, model, report);
+    EXPECT_EQ(report.exhausted, units > 0);
+    EXPECT_GT(model.count, 0u);
+    for (std::uint32_t k = 0; k < model.count; ++k) aside += model.touch(k, held.X_WO, held.X_WO.p, {}, {}).n.z() < 0.9;
+  }
+  return aside;
+}
+
+/** Which have been met, all the same: those of an answer that ends among the edges lead aside 22 times as they are. */
+TEST(SeamBudget, TilesWhoseEdgesHadNoTimeHideSeams) {
+  EXPECT_EQ(seamsFeltWith(0), 0);
+  EXPECT_LT(seamsFeltWith(1000), 11);
 }
 
 }  // namespace

@@ -30,13 +30,13 @@ struct ToolPoint {
  *
  *   F = w (s F_new + (1 - s) (c F_old + r)),  s rising linearly from 0 to 1 over blend_ns (at least kMinBlendNs)
  *
- * where w fades from 1 to 0 after the lease, and c F_old + r was in force at the moment of replacement: c, at least the
- * weight the old model had then, is the share of it that leaves the smallest constant r. So the rest of an unfinished
- * blend goes on as a part of the old model as far as the two say the same, and models that are replaced before they
- * have come into force, but agree, follow the hand without a lag; where both say nothing they agree, so that a hand
- * which comes to a surface meets all of it. One that is in force and is sent again only has its lease renewed. That
- * moment is the last tick of the old model: there s is 0 and the force exactly what it was, in the first tick of the
- * new one s is dt / blend already, so that models which are replaced in every tick come into force too. Per tick
+ * where w fades from 1 to 0 after the lease, and c F_old + r was in force at the moment of replacement: c, from the
+ * weight the old model had then to 1, is the share of it that leaves the smallest constant r. So the rest of an
+ * unfinished blend goes on as a part of the old model as far as the two say the same, and models that are replaced
+ * before they have come into force, but agree, follow the hand without a lag; where both say nothing they agree, so
+ * that a hand which comes to a surface meets all of it. One that is in force and is sent again only has its lease
+ * renewed. That moment is the last tick of the old model: there s is 0 and the force exactly what it was, in the first
+ * tick of the new one s is dt / blend, so that models which are replaced in every tick come into force too. Per tick
  *
  *   |change| <= max(|change of F_new|, |change of c F_old|) + (dt / blend) |F_new - c F_old - r| + (dt / kFadeNs) |F|
  *

@@ -126,6 +126,34 @@ TEST_F(SlotTest, AnotherMaterialKeepsWhatSticksWhereItIs) {
   }
 }
 
+/** What is more than all of the old model is a part that no hand changes: as stiff as that model it goes, not stiffer.
+ */
+TEST_F(SlotTest, OfAModelNoMoreThanAllOfItGoesOn) {
+  set(modelOf(HD_MODEL_PLANE, 1500), 0);
+  (void)at(0);
+  (void)at(20);
+  set(modelOf(HD_MODEL_PLANE, 500), 20);
+  EXPECT_NEAR(at(21).z(), 0.1 * 1 + 0.9 * 3, 1e-12);
+  hd_local_model away = modelOf(HD_MODEL_PLANE);
+  away.origin[2] = -1;
+  set(away, 21);
+  tool.p.z() = -0.001;
+  EXPECT_NEAR(at(22).z(), 0.9 * (0.5 + 1.8), 1e-12);
+  tool.p.z() = 0.001;
+  EXPECT_NEAR(at(23).z(), 0.8 * 1.8, 1e-12);
+}
+
+TEST_F(SlotTest, WhatItDampsByIsBlendedAndFadesAsTheForceDoes) {
+  const auto damping = [&](std::int64_t ms) { return slot.evaluate(tool, now + ms * kMs, scene).damping; };
+  set(modelOf(HD_MODEL_PLANE, 500, 2), 0);
+  for (int ms = 0; ms <= 10; ++ms) EXPECT_NEAR(damping(ms), 2 * ms / 10.0, 1e-12);
+  EXPECT_NEAR(damping(20), 2, 1e-12);
+  set(modelOf(HD_MODEL_PLANE, 500, 6), 21);
+  for (int ms = 1; ms <= 10; ++ms) EXPECT_NEAR(damping(20 + ms), 2 + 4 * ms / 10.0, 1e-12);
+  for (int ms = 0; ms < 50; ++ms) EXPECT_NEAR(damping(1021 + ms), 6 * (1 - ms / 50.0), 1e-12);
+  EXPECT_EQ(damping(1071), 0);
+}
+
 TEST_F(SlotTest, ShortestBlendIsKept) {
   hd_local_model m = modelOf(HD_MODEL_PLANE);
   m.blend_ns = 0;

@@ -193,7 +193,7 @@ ErrorCode Scene::add(const AddObject& order) HD_RT {
   motion_[slot] = Motion{};
   motion_[slot].X_PO_before = object.X_PO;
   motion_[slot].jump = true;
-  motion_[slot].pose_time = time_;
+  motion_[slot].pose_time = time_ + dt_;                      // In the tick that comes.
   order_[order_count_++] = static_cast<std::uint16_t>(slot);  // The parent stands before it already.
   settled_ = false;
   rebuildTouchable();

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/stepped/test_scene.h"
@@ -245,6 +247,158 @@ TEST(Scene, AStepIsAMotionIfCredibleOverTheTimeSinceTheLastPose) {
     EXPECT_EQ(t.scene->find(id)->X_WO.p, Vec3(c.step, 0, 0));
     EXPECT_EQ(t.scene->find(id)->V_WO.v.isZero(0), !c.motion);
   }
+}
+
+/** Whose first pose is that of its creation, in that tick: there it was since the scene began, or a tick before. */
+TEST(Scene, PosesTellTheMotionOfWhatHasJustBeenMadeToo) {
+  for (const int since : {1, 2, 7, 40}) {
+    for (const double speed : {0.5, 9.0, 11.0}) {
+      TestScene t;
+      for (int i = 0; i < 300; ++i) t.scene->advance(kTick);
+      const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {Vec3(0, 1, 0), kUnturned});
+      for (int i = 0; i < since; ++i) t.scene->advance(kTick);
+      const double time = since * kTick;
+      t.pose(id, {Vec3(speed * std::min(time, 0.02), 1, 0), kUnturned});
+      t.scene->advance(kTick);
+      const SceneObject& o = *t.scene->find(id);
+      EXPECT_EQ(o.moved, speed < 10) << since << " " << speed;
+      EXPECT_NEAR(o.V_WO.v.x(), speed < 10 ? speed * std::min(time, 0.02) / time : 0, 1e-9) << since << " " << speed;
+    }
+  }
+}
+
+/** Two quaternions are the same turn. */
+TEST(Scene, AVelocityToldByPosesIsTheShorterWayRound) {
+  TestScene t;
+  t.scene->expect(kTick);
+  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0));
+  t.scene->advance(kTick);
+  for (int i = 1; i <= 20; ++i) {
+    Quat q(Eigen::AngleAxisd(0.003 * i, Vec3::UnitY()));
+    if (i % 3 == 0) q.coeffs() = -q.coeffs();
+    t.pose(id, {Vec3::Zero(), q});
+    t.scene->advance(kTick);
+    ASSERT_LT((t.scene->find(id)->V_WO.w - Vec3(0, 3, 0)).norm(), 1e-9) << i;
+    ASSERT_LT(t.scene->sinceUnmet(objectSlot(id)), (i + 0.5) * kTick) << "since it was made";
+    ASSERT_GT(t.scene->sinceUnmet(objectSlot(id)), (i - 0.5) * kTick);
+  }
+}
+
+TEST(Scene, OnlyTheFlagsThatAreMeantChange) {
+  TestScene t;
+  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {}, {}, HD_OBJECT_ENABLED | HD_OBJECT_VISIBLE);
+  t.flags(id, HD_OBJECT_TWO_SIDED | HD_OBJECT_VISIBLE, HD_OBJECT_TWO_SIDED);
+  EXPECT_EQ(t.scene->find(id)->flags, std::uint32_t{HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED});
+  t.flags(id, HD_OBJECT_VISIBLE, HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED);
+  EXPECT_EQ(t.scene->find(id)->flags, std::uint32_t{HD_OBJECT_ENABLED | HD_OBJECT_TWO_SIDED});
+}
+
+/** Beyond those it moves, but is not swept; nobody looks for moves of a mesh of which none was noted. */
+TEST(Scene, OfMovesThereAreNoMoreThanFit) {
+  TestMesh one = test::sphereMesh(0.1, 4), other = test::sphereMesh(0.2, 4);
+  TestScene t;
+  const auto id = t.addMesh(one.deformableView()), late = t.addMesh(other.deformableView());
+  const MeshView &mesh = *t.scene->find(id)->shape.mesh, &after = *t.scene->find(late)->shape.mesh;
+  t.scene->advance(kTick);
+  const auto count = static_cast<std::uint32_t>(one.vertices.size());
+  std::vector<hd_vertex_move> moves;
+  for (std::uint32_t i = 0; i < 2 * Scene::kMaxTriangleMoves; ++i)
+    moves.push_back({i % count, {0.01F, 0.02F, 1e-6F * static_cast<float>(i)}});
+  ASSERT_EQ(t.moveVertices(id, moves), ErrorCode::kOk);
+  ASSERT_EQ(t.moveVertices(late, {moves.back()}), ErrorCode::kOk);
+  t.scene->advance(kTick);
+  EXPECT_EQ(t.scene->triangleMoves().size(), std::size_t{Scene::kMaxTriangleMoves});
+  EXPECT_TRUE(t.scene->movesTriangles(mesh));
+  EXPECT_FALSE(t.scene->movesTriangles(after));
+  EXPECT_EQ(other.vertices[moves.back().index][2], moves.back().p[2]);
+  t.scene->advance(kTick);
+  EXPECT_TRUE(t.scene->triangleMoves().empty());
+  EXPECT_FALSE(t.scene->movesTriangles(mesh));
+  ASSERT_EQ(t.moveVertices(late, {moves.front()}), ErrorCode::kOk);
+  t.scene->advance(kTick);
+  EXPECT_FALSE(t.scene->triangleMoves().empty());
+  EXPECT_TRUE(t.scene->movesTriangles(after));
+  EXPECT_FALSE(t.scene->movesTriangles(mesh));
+}
+
+/** As poses tell an object's: the step over the time since the one before, and half as long again. */
+TEST(Scene, AVertexTellsTheVelocityAboutIt) {
+  TestMesh mesh;
+  mesh.addTriangle(mesh.addVertex({0, 0, 0}), mesh.addVertex({0.3, 0, 0}), mesh.addVertex({0, 0.3, 0}));
+  TestScene t;
+  const Quat turn(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()));
+  const auto id = t.addMesh(mesh.deformableView(), {Vec3(1, 0, 0), turn});
+  const auto at = [&](double x, double y) {
+    const SceneObject& o = *t.scene->find(id);
+    return Vec3(turn.conjugate() * t.scene->velocityAt(o, 0, o.toWorld(Vec3(x, y, 0))));
+  };
+  const auto put = [&](double x) {
+    ASSERT_EQ(t.moveVertices(id, {{1, {static_cast<float>(x), 0, 0}}}), ErrorCode::kOk);
+  };
+  for (int i = 0; i < 100; ++i) t.scene->advance(kTick);
+  struct Case {
+    int ticks;
+    double step, told;  // [m], [m/s]
+  };
+  double x = 0.3;
+  for (const Case& c : {Case{1, 0.009, 9}, Case{1, 0.011, 0}, Case{16, 0.15, 0.15 / 0.016}, Case{16, 0.17, 0},
+                        Case{40, 0.19, 0.19 / 0.04}, Case{40, 0.21, 0}, Case{90, 0.19, 0.19 / 0.05}}) {
+    SCOPED_TRACE(c.step);
+    put(x);
+    for (int i = 0; i < c.ticks; ++i) t.scene->advance(kTick);
+    put(x + 0.3);  // Twice in a tick is once.
+    put(x += c.step);
+    int told = 0;
+    for (int i = 0; i < 100; ++i) {
+      t.scene->advance(kTick);
+      if (at(x, 0).isZero(0)) continue;
+      told = i + 1;
+      EXPECT_LT((at(x, 0) - Vec3(c.told, 0, 0)).norm(), 2e-4 * c.told);
+      EXPECT_LT((at(x / 3, 0.1) - Vec3(c.told / 3, 0, 0)).norm(), 2e-4 * c.told);
+      EXPECT_LT(at(0, 0.2).norm(), 2e-4 * c.told);
+      EXPECT_LT((at(2 * x, 0) - Vec3(c.told, 0, 0)).norm(), 2e-4 * c.told) << "no more than its corners";
+    }
+    EXPECT_NEAR(told, c.told > 0 ? 1.5 * std::min(c.ticks, 50) : 0, c.told > 0 ? 1 : 0);
+    put(x = 0.3);
+    for (int i = 0; i < 100; ++i) t.scene->advance(kTick);
+  }
+}
+
+TEST(Scene, ASurfaceThatCannotBeMeantIsRefused) {
+  TestScene t;
+  const auto id = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0));
+  const SurfaceParameters good{0.5, 10, -0.9, -1.7, 0.8, 0.001, {0.1, 0.1}, 0.05, 0, 0};
+  ASSERT_EQ(t.setSurface(id, good), ErrorCode::kOk);
+  const auto refused = [&](auto&& change) {
+    SurfaceParameters s = good;
+    change(s);
+    return t.setSurface(id, s) == ErrorCode::kInvalidArgument;
+  };
+  const double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  for (double SurfaceParameters::*const field :
+       {&SurfaceParameters::smooth_cosine, &SurfaceParameters::transient_gain, &SurfaceParameters::transient_decay,
+        &SurfaceParameters::relief_depth, &SurfaceParameters::vibration_mass}) {
+    for (const double bad : {-1e-9, inf, nan}) EXPECT_TRUE(refused([&](auto& s) { s.*field = bad; })) << bad;
+  }
+  for (const int i : {0, 1}) {
+    for (const double bad : {-1e-9, inf, nan}) EXPECT_TRUE(refused([&](auto& s) { s.relief_size[i] = bad; })) << bad;
+    EXPECT_FALSE(refused([&](auto& s) { s.relief_size[i] = 0; }));
+    EXPECT_TRUE(refused([&](auto& s) { s.relief_size[i] = 0, s.relief = 1; })) << "of a relief that there is not, too";
+  }
+  EXPECT_TRUE(refused([](auto& s) { s.transient_decay = 1; })) << "it would never end";
+  for (const double sign : {-1.0, 1.0}) {
+    EXPECT_FALSE(refused([&](auto& s) { s.transient_turn = sign * 1.788; })) << "2 r is 1.7889";
+    EXPECT_TRUE(refused([&](auto& s) { s.transient_turn = sign * 1.789; }));
+    EXPECT_FALSE(refused([&](auto& s) { s.transient_first = sign; }));
+    EXPECT_TRUE(refused([&](auto& s) { s.transient_first = sign * 1.001; }));
+  }
+  SurfaceParameters none = good;
+  none.relief = 9;
+  EXPECT_EQ(t.setSurface(id, none), ErrorCode::kNotFound);
+  none = good;
+  none.vibration = 9;
+  EXPECT_EQ(t.setSurface(id, none), ErrorCode::kNotFound);
+  EXPECT_EQ(t.scene->find(id)->surface.parameters.transient_gain, 10);
 }
 
 TEST(Scene, CreationAndShapeChangeAreNoMotion) {

@@ -1,6 +1,10 @@
 // What a pose brings where nobody could foresee it, and what is late only.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+#include <utility>
+
 #include "rt/base/rotation.h"
 #include "tests/support/stepped/test_scene.h"
 
@@ -151,6 +155,68 @@ TEST(UnmetStep, SlowPosesOfWhatIsFastAreUnmet) {
       t.scene->advance(kTick);
     }
     EXPECT_EQ(t.isUnmet(id), speed > 0.2) << speed;
+  }
+}
+
+TEST(UnmetStep, WhatArrivesIsToldWithItsTickAndWhatMovesIsNot) {
+  TestScene t;
+  Scene& scene = *t.scene;
+  std::uint64_t tick = 100;
+  const auto next = [&](int ticks = 1) {
+    for (int i = 0; i < ticks; ++i) {
+      scene.advance(kTick);
+      scene.expect(kTick, ++tick);
+    }
+  };
+  scene.expect(kTick, tick);
+  const auto group = t.add(ShapeKind::kGroup, Vec3::Zero());
+  const auto part = t.add(ShapeKind::kSphere, Vec3(0.1, 0, 0), {}, {1000, 0, 0, 0}, HD_OBJECT_ENABLED, group);
+  const std::uint32_t slot = objectSlot(part);
+  std::uint64_t arrivals = scene.arrivals();
+  const auto arrived = [&] { return std::exchange(arrivals, scene.arrivals()) != scene.arrivals(); };
+  const auto unmetFor = [&] { return std::lround(scene.sinceUnmet(slot) / kTick); };
+  EXPECT_EQ(scene.arrivedIn(slot), 100u) << "also before it is there";
+  next(5);
+  EXPECT_TRUE(arrived());
+  EXPECT_EQ(scene.arrivedIn(slot), 100u);
+  EXPECT_EQ(unmetFor(), 4);
+  t.pose(group, {Vec3(0.001, 0, 0), Quat::Identity()}, {Vec3(0.1, 0, 0), Vec3::Zero()});
+  next(5);
+  t.material(part, {2000, 0, 0, 0});
+  t.flags(part, HD_OBJECT_VISIBLE, HD_OBJECT_VISIBLE);
+  next();
+  EXPECT_EQ(scene.arrivedIn(slot), 100u);
+  EXPECT_EQ(unmetFor(), 10);
+  arrived();
+  next(3);
+  EXPECT_FALSE(arrived());
+  t.pose(group, {Vec3(1, 0, 0), Quat::Identity()});
+  next();
+  EXPECT_TRUE(arrived());
+  EXPECT_EQ(scene.arrivedIn(slot), 114u);
+  EXPECT_EQ(scene.arrivedIn(objectSlot(group)), 114u);
+  EXPECT_EQ(unmetFor(), 0);
+  next(3);
+  EXPECT_FALSE(arrived());
+  const std::function<void()> felt[] = {
+      [&] {
+        t.setShape(part, {static_cast<std::uint32_t>(ShapeKind::kSphere), 0, {0.2, 0, 0}});
+      },
+      [&] { t.flags(part, HD_OBJECT_ENABLED, HD_OBJECT_ENABLED); },
+      [&] {
+        t.material(part, {1000, 0, 0, 0});
+      }};
+  for (int i = 0; i < 3; ++i) {
+    if (i == 1) t.flags(part, HD_OBJECT_ENABLED, 0);
+    if (i == 2) t.material(part, {0, 0, 0, 0});
+    next(4);
+    EXPECT_GE(unmetFor(), 4) << i;
+    arrived();
+    felt[i]();
+    next();
+    EXPECT_EQ(unmetFor(), 1) << i;
+    EXPECT_EQ(arrived(), i < 2) << i;
+    EXPECT_EQ(scene.arrivedIn(slot), 114u) << i;
   }
 }
 

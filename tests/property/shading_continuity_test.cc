@@ -1,6 +1,8 @@
 // A shaded mesh feels like the smooth surface it stands for, between its facets too: docs/surfaces.md, "Round facets".
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "rt/render/surface/shading.h"
 #include "rt/render/surface/surface_effects.h"
 #include "tests/support/shape/test_mesh.h"
@@ -151,6 +153,69 @@ TEST(ShadingContinuity, AHandReadInStepsFeelsNoEdge) {
       SCOPED_TRACE(testing::Message() << "ball of " << radius << ", " << mu);
       EXPECT_LT(stroke(kSheets[0], radius, mu, kResolution).jump, mu == 0 ? 6e-3 : 3e-2);
       EXPECT_LT(stroke(kSheets[2], radius, mu, kResolution).jump, mu == 0 ? 6e-3 : 3e-2);
+    }
+  }
+}
+
+/** A tube of so many sides about z, 20 mm high and wide each way, its quads cut one way or the other; with lids? */
+TestMesh tubeMesh(std::uint32_t sides, bool lids, bool otherwise) {
+  TestMesh mesh;
+  const auto at = [&](std::uint32_t i, double z) {
+    const double a = 2 * std::numbers::pi * i / sides;
+    return mesh.addVertex({0.02 * std::cos(a), 0.02 * std::sin(a), z});
+  };
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    (void)at(i, -0.02);
+    (void)at(i, 0.02);
+  }
+  const std::uint32_t low = mesh.addVertex({0, 0, -0.02}), high = mesh.addVertex({0, 0, 0.02});
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t a = 2 * i, b = 2 * ((i + 1) % sides);
+    if (otherwise) {
+      mesh.addQuad(b, b + 1, a + 1, a);
+    } else {
+      mesh.addQuad(a, b, b + 1, a + 1);
+    }
+    if (!lids) continue;
+    mesh.addTriangle(high, a + 1, b + 1);
+    mesh.addTriangle(low, b, a);
+  }
+  return mesh;
+}
+
+/** Over a crease, and off a border, a ball rolls as without shading, whichever triangle of a corner it is held by. */
+TEST(ShadingContinuity, ABallRollsOverTheCornersOfACrease) {
+  for (const bool lids : {true, false}) {
+    for (const bool otherwise : {true, false}) {
+      for (const std::uint32_t sides : {12u, 24u}) {
+        for (const double mu : {0.0, 0.3}) {
+          SCOPED_TRACE(testing::Message() << sides << " sides, " << mu << ' ' << lids << otherwise);
+          TestMesh mesh = tubeMesh(sides, lids, otherwise);
+          TestScene t(5e-3);
+          const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, mu, mu}, test::kTwoSided);
+          SurfaceParameters surface{};
+          surface.smooth_cosine = std::cos(0.8);
+          ASSERT_EQ(t.setSurface(id, surface), ErrorCode::kOk);
+          Shading shading;
+          double jump = 0, most = 0;
+          Vec3 last = Vec3::Zero();
+          for (double a = -0.01; a < 12; a += 1e-3) {  // Up and down over the rim, and round it.
+            const double up = std::numbers::pi / 4 * (1 + std::sin(a)), around = 0.31 * a;
+            const Vec3 out(std::cos(around), std::sin(around), 0);
+            const Vec3 n = std::cos(up) * out + std::sin(up) * Vec3::UnitZ();
+            const Vec3 hip = 0.02 * out + 0.02 * Vec3::UnitZ() + (a < 0 ? 7e-3 : 4e-3) * n;
+            t.tick(hip);
+            const Vec3 plain = t.contact.force;
+            shading.step(*t.scene, t.proxy.holding(), Vec3::Zero(), t.contact);
+            const Vec3& force = t.contact.force;
+            if (a > 0.01) jump = std::max(jump, angleBetween(force, last));
+            most = std::max(most, angleBetween(force, plain));
+            last = force;
+          }
+          EXPECT_LT(jump, 3e-2);
+          EXPECT_LT(most, std::numbers::pi / sides + 0.05) << "half of what a facet bends, as beside the rim";
+        }
+      }
     }
   }
 }

@@ -17,28 +17,48 @@ Vec3 turned(const Vec3& x, const Vec3& from, const Vec3& to) HD_RT {
   return cosine * x + axis.cross(x) + axis.dot(x) / (1 + cosine) * axis;
 }
 
+/** On a crease a ball rolls from the one sheet, which is `smooth`, to the other: facets are `here` and `there`. */
+Vec3 overCrease(const SmoothSheet& sheet, std::uint32_t here, std::uint32_t there, const Vec3& x, const Vec3& normal,
+                const Vec3& smooth, std::uint32_t& work) HD_RT {
+  const Vec3 n_here = sheet.side * faceNormal(sheet.mesh, here), n_there = sheet.side * faceNormal(sheet.mesh, there);
+  const double cosine = n_here.dot(n_there), one = normal.dot(n_here), other = normal.dot(n_there);
+  if (!(1 - cosine * cosine > kParallel)) return normal;
+  const Vec3 beyond = sheet.normalToward(x, there, work);
+  if (beyond.isZero(0)) return normal;
+  return std::max(0.0, one - cosine * other) * smooth + std::max(0.0, other - cosine * one) * beyond;
+}
+
+/** Off a border a ball rolls from facets, those beside it are given, that are `smooth`. */
+Vec3 offBorder(const SmoothSheet& sheet, std::uint32_t one, std::uint32_t other, const Vec3& normal,
+               const Vec3& smooth) HD_RT {
+  const Vec3 n_one = sheet.side * faceNormal(sheet.mesh, one), n_other = sheet.side * faceNormal(sheet.mesh, other);
+  const double cosine = n_one.dot(n_other), to_one = normal.dot(n_one), to_other = normal.dot(n_other);
+  const Vec3 facets =
+      std::max(0.0, to_one - cosine * to_other) * n_one + std::max(0.0, to_other - cosine * to_one) * n_other;
+  const double length = facets.norm();  // Of its part across the border.
+  return turned(normal, length > kParallel ? Vec3(facets / length) : n_one, smooth);
+}
+
 /** Of what holds a proxy, whose push comes from x. In the object's frame. */
 Vec3 smoothNormal(const SceneObject& object, const HoldingSurface& held, const Vec3& x, const Vec3& normal,
                   std::uint32_t& work) HD_RT {
   const MeshView& mesh = *object.shape.mesh;
-  const Vec3 facet = faceNormal(mesh, held.feature);
-  const double side = facet.dot(normal) < 0 ? -1 : 1;  // Two-sided meshes are felt from the back too.
+  // Two-sided meshes are felt from the back too.
+  const double side = faceNormal(mesh, held.feature).dot(normal) < 0 ? -1 : 1;
   const SmoothSheet sheet{mesh, object.surface.parameters.smooth_cosine, side};
-  if (held.kind == FeatureKind::kVertex &&
-      !(sheet.isSmooth(held.feature, held.corner) && sheet.isSmooth(held.feature, (held.corner + 2) % 3)))
-    return normal;
-  Vec3 smooth = sheet.normalToward(x, held.feature, work);
+  SmoothSheet::Corner corner;
+  if (held.kind == FeatureKind::kVertex) {
+    corner = sheet.cornerAt(held.feature, held.corner, normal, work);
+    if (corner.creases != 0 && (corner.creases != 2 || corner.border)) return normal;
+  } else if (held.kind == FeatureKind::kEdge && !sheet.isSmooth(held.feature, held.corner)) {
+    corner = {2, false, {held.feature, mesh.neighbours[held.feature][held.corner]}};
+    if (corner.facet[1] == HD_NO_INDEX) corner = {0, true, {held.feature, held.feature}};
+  }
+  const Vec3 smooth = sheet.normalToward(x, held.feature, work);
   if (smooth.isZero(0)) return normal;
-  if (held.kind != FeatureKind::kEdge || sheet.isSmooth(held.feature, held.corner)) return smooth;
-  // On a crease or border a ball rolls from the one face's normal to the other's, or off.
-  const std::uint32_t across = mesh.neighbours[held.feature][held.corner];
-  if (across == HD_NO_INDEX) return turned(normal, side * facet, smooth);
-  const Vec3 here = side * facet, there = side * faceNormal(mesh, across);
-  const double cosine = here.dot(there), one = normal.dot(here), other = normal.dot(there);
-  if (!(1 - cosine * cosine > kParallel)) return normal;
-  const Vec3 beyond = sheet.normalToward(x, across, work);
-  if (beyond.isZero(0)) return normal;
-  return std::max(0.0, one - cosine * other) * smooth + std::max(0.0, other - cosine * one) * beyond;
+  const auto [creases, border, facet] = corner;
+  if (creases > 0) return overCrease(sheet, facet[0], facet[1], x, normal, smooth, work);
+  return border ? offBorder(sheet, facet[0], facet[1], normal, smooth) : smooth;
 }
 
 bool isShaded(const SceneObject* object) HD_RT {

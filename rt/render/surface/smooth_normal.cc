@@ -73,6 +73,35 @@ bool SmoothSheet::isSmooth(std::uint32_t triangle, std::uint32_t edge) const HD_
   return across != HD_NO_INDEX && faceNormal(mesh, across).dot(faceNormal(mesh, triangle)) >= crease_cosine;
 }
 
+SmoothSheet::Corner SmoothSheet::cornerAt(std::uint32_t triangle, std::uint32_t corner, const Vec3& normal,
+                                          std::uint32_t& work) const HD_RT {
+  const std::uint32_t vertex = mesh.triangles[triangle][corner];
+  Corner all;
+  std::uint32_t beside[2] = {triangle, triangle};
+  double most[2] = {-2, -2};
+  int left = kMaxFan;
+  for (const std::uint32_t way : {0u, 1u}) {  // Over the edge that leaves the vertex, and from a border back.
+    for (std::uint32_t t = triangle; left > 0; --left, ++work) {
+      const int part = all.creases % 2;
+      const double cosine = side * faceNormal(mesh, t).dot(normal);
+      if (cosine > most[part]) {
+        most[part] = cosine;
+        all.facet[part] = t;
+      }
+      beside[way] = t;
+      const std::uint32_t edge = (cornerOf(mesh, t, vertex) + 2 * way) % 3, next = mesh.neighbours[t][edge];
+      if (next != HD_NO_INDEX && !isSmooth(t, edge)) ++all.creases;
+      if (next == triangle) return all;
+      t = next;
+      if (next != HD_NO_INDEX) continue;
+      all.border = true;
+      break;
+    }
+  }
+  if (all.border) std::copy_n(beside, 2, all.facet);
+  return all;
+}
+
 Vec3 SmoothSheet::normalToward(const Vec3& x, std::uint32_t triangle, std::uint32_t& work) const HD_RT {
   std::uint32_t before = HD_NO_INDEX;
   const std::uint32_t most = work + kMaxWork;

@@ -29,6 +29,17 @@ struct SmoothSheet {
   /** Whether the surface goes on over that edge, and round. */
   [[nodiscard]] bool isSmooth(std::uint32_t triangle, std::uint32_t edge) const HD_RT;
 
+  /** What meets at a vertex. */
+  struct Corner {
+    int creases = 0;
+    bool border = false;
+    /** At a border the facets beside it. Else of each side of two creases that which faces a normal most. */
+    std::uint32_t facet[2] = {HD_NO_INDEX, HD_NO_INDEX};
+  };
+  /** About the triangle's vertex, up to kMaxFan triangles. `work` grows by them. Servo-safe. */
+  [[nodiscard]] Corner cornerAt(std::uint32_t triangle, std::uint32_t corner, const Vec3& normal,
+                                std::uint32_t& work) const HD_RT;
+
   static constexpr int kMaxFaces = 8;
   static constexpr std::uint32_t kMaxWork = 3 * (2 * 128 + 1);  ///< Three of the largest fans.
 };

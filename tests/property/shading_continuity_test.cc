@@ -157,16 +157,17 @@ TEST(ShadingContinuity, AHandReadInStepsFeelsNoEdge) {
   }
 }
 
-/** A tube of so many sides about z, 20 mm high and wide each way, its quads cut one way or the other; with lids? */
-TestMesh tubeMesh(std::uint32_t sides, bool lids, bool otherwise) {
+/** A tube about z, 20 mm wide at its upper rim, and how its quads are cut. */
+struct Tube {
+  double below;  ///< Its radius at the lower rim [m].
+  bool lids, two_sided;
+};
+TestMesh tubeMesh(const Tube& tube, std::uint32_t sides, bool otherwise) {
   TestMesh mesh;
-  const auto at = [&](std::uint32_t i, double z) {
-    const double a = 2 * std::numbers::pi * i / sides;
-    return mesh.addVertex({0.02 * std::cos(a), 0.02 * std::sin(a), z});
-  };
   for (std::uint32_t i = 0; i < sides; ++i) {
-    (void)at(i, -0.02);
-    (void)at(i, 0.02);
+    const double a = 2 * std::numbers::pi * i / sides;
+    (void)mesh.addVertex({tube.below * std::cos(a), tube.below * std::sin(a), -0.02});
+    (void)mesh.addVertex({0.02 * std::cos(a), 0.02 * std::sin(a), 0.02});
   }
   const std::uint32_t low = mesh.addVertex({0, 0, -0.02}), high = mesh.addVertex({0, 0, 0.02});
   for (std::uint32_t i = 0; i < sides; ++i) {
@@ -176,7 +177,7 @@ TestMesh tubeMesh(std::uint32_t sides, bool lids, bool otherwise) {
     } else {
       mesh.addQuad(a, b, b + 1, a + 1);
     }
-    if (!lids) continue;
+    if (!tube.lids) continue;
     mesh.addTriangle(high, a + 1, b + 1);
     mesh.addTriangle(low, b, a);
   }
@@ -185,22 +186,25 @@ TestMesh tubeMesh(std::uint32_t sides, bool lids, bool otherwise) {
 
 /** Over a crease, and off a border, a ball rolls as without shading, whichever triangle of a corner it is held by. */
 TEST(ShadingContinuity, ABallRollsOverTheCornersOfACrease) {
-  for (const bool lids : {true, false}) {
+  constexpr Tube kTubes[] = {{0.02, true, false}, {0.004, true, false}, {0.004, true, true}, {0.02, false, true}};
+  for (const Tube& tube : kTubes) {
     for (const bool otherwise : {true, false}) {
       for (const std::uint32_t sides : {12u, 24u}) {
         for (const double mu : {0.0, 0.3}) {
-          SCOPED_TRACE(testing::Message() << sides << " sides, " << mu << ' ' << lids << otherwise);
-          TestMesh mesh = tubeMesh(sides, lids, otherwise);
+          SCOPED_TRACE(testing::Message() << sides << " sides, " << mu << ' ' << (&tube - kTubes) << otherwise);
+          TestMesh mesh = tubeMesh(tube, sides, otherwise);
           TestScene t(5e-3);
-          const std::uint32_t id = t.addMesh(mesh.view(), {}, {1000, 0, mu, mu}, test::kTwoSided);
+          const std::uint32_t id =
+              t.addMesh(mesh.view(), {}, {1000, 0, mu, mu}, tube.two_sided ? test::kTwoSided : test::kOneSided);
           SurfaceParameters surface{};
           surface.smooth_cosine = std::cos(0.8);
           ASSERT_EQ(t.setSurface(id, surface), ErrorCode::kOk);
           Shading shading;
           double jump = 0, most = 0;
           Vec3 last = Vec3::Zero();
-          for (double a = -0.01; a < 12; a += 1e-3) {  // Up and down over the rim, and round it.
-            const double up = std::numbers::pi / 4 * (1 + std::sin(a)), around = 0.31 * a;
+          for (double a = -0.01; a < 8; a += 1e-3) {  // Up and down over the rim, and round it.
+            const double lowest = std::atan2(tube.below - 0.02, 0.04), around = 0.31 * a;
+            const double up = lowest + (std::numbers::pi / 2 - lowest) / 2 * (1 + std::sin(a));
             const Vec3 out(std::cos(around), std::sin(around), 0);
             const Vec3 n = std::cos(up) * out + std::sin(up) * Vec3::UnitZ();
             const Vec3 hip = 0.02 * out + 0.02 * Vec3::UnitZ() + (a < 0 ? 7e-3 : 4e-3) * n;

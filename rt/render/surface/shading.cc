@@ -43,8 +43,10 @@ Vec3 offBorder(const SmoothSheet& sheet, std::uint32_t one, std::uint32_t other,
 Vec3 smoothNormal(const SceneObject& object, const HoldingSurface& held, const Vec3& x, const Vec3& normal,
                   std::uint32_t& work) HD_RT {
   const MeshView& mesh = *object.shape.mesh;
-  // Two-sided meshes are felt from the back too.
-  const double side = faceNormal(mesh, held.feature).dot(normal) < 0 ? -1 : 1;
+  // Two-sided meshes are felt from the back too. Over a sharp edge a ball rolls until it is behind one facet of it.
+  const bool behind = (object.flags & HD_OBJECT_TWO_SIDED) != 0 &&
+                      pseudoNormal(mesh, held.feature, held.kind, held.corner, work).dot(normal) < 0;
+  const double side = behind ? -1 : 1;
   const SmoothSheet sheet{mesh, object.surface.parameters.smooth_cosine, side};
   SmoothSheet::Corner corner;
   if (held.kind == FeatureKind::kVertex) {

@@ -20,6 +20,7 @@
 namespace haptic_bench {
 namespace {
 
+using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
@@ -77,6 +78,12 @@ TEST(RecordedSessions, OfADeviceThatFailedAreReadAsTheirExportIs) {
   const Trajectory exported = makeTrajectory(path + ".csv", plane, {1000});
   ASSERT_EQ(exported.samples.size(), in.samples.size());
   EXPECT_EQ(exported.samples.back().hip, in.samples.back().hip);
+  writeSession(path, 300, 0, 0.001, {}, 0);
+  exportCsv(*orFail(hapticd::Replayer::open(path)), path, path + ".csv");
+  for (const std::string& file : {path, path + ".csv"}) {
+    EXPECT_THAT([&] { (void)makeTrajectory(file, plane, {1000}); },
+                ThrowsMessage<Failure>(HasSubstr("a session in which the device worked")));
+  }
 }
 
 TEST(RecordedSessions, BeginWithoutContactsAsTheyDid) {

@@ -25,7 +25,9 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
   }
   Trajectory in;
   std::int64_t first_ns = 0;
+  bool cycles = false;
   while (orFailIn(path, replayer->step())) {
+    cycles = true;
     const hapticd::RecordedCycle& cycle = replayer->recorded();
     if (in.samples.empty()) first_ns = cycle.input.now_ns;
     const double t_s = 1e-9 * static_cast<double>(cycle.input.now_ns - first_ns);
@@ -45,7 +47,11 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
                           replayer->cycle().mount(device).toWorld(cycle.sent[device].force),
                           cycle.sent[device].enabled && !ramping});
   }
-  if (in.samples.empty()) throw Failure(path, "there are no cycles in it", "a longer recording");
+  if (!cycles) throw Failure(path, "there are no cycles in it", "a longer recording");
+  if (in.samples.empty()) {
+    throw Failure(path, fmt::format("in no cycle of it device {} knew where it was", device),
+                  "a session in which the device worked");
+  }
   in.force_known = true;
   in.start = in.samples.front().hip;  // A recording begins without contacts, also within a mesh.
   return in;

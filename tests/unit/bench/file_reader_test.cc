@@ -178,7 +178,8 @@ TEST(TrajectoryFiles, FaultsNameFileLineAndColumn) {
   EXPECT_THAT(refusal("t,x,y,z\n0,0,300,0\n"), HasSubstr("300 m away"));
   EXPECT_THAT(refusal("t,x,y,z\n0,0,0,0\n", {"", true, 0, 0}), HasSubstr("no column fn"));
   EXPECT_THAT(refusal("t,x,y,z,nx,ny,nz,fn\n0,0,0,0,0,0,2,1\n", {"", true, 0, 0}), HasSubstr("line 2: the normal"));
-  EXPECT_THAT(refusal(std::string(1000, ',')), HasSubstr("1001 columns"));
+  EXPECT_THAT(refusal(std::string(1000, ',')), HasSubstr("test.csv, line 1: there are 1001 columns"));
+  EXPECT_THAT(refusal("0\n", {std::string(1000, ','), false, 0, 0}), HasSubstr("--columns: there are 1001 columns"));
   EXPECT_EQ(parse("t,x,y,z\n0,0,0,0\n1,0,0,0\n2,0,0,0\n33,0,0,0\n", {"", false, 0, 40}).samples.size(), 4u);
 }
 

@@ -85,22 +85,20 @@ std::string Table::at(std::size_t row) const { return fmt::format("{}, line {}",
 
 void Table::setNames(std::string_view line, std::size_t number, bool given) {
   names_given_ = given;
+  const std::string there = given ? "--columns" : fmt::format("{}, line {}", where_, number);
   forEachField(line, [&](std::string_view field) {
     double value = 0;
     if (!given && parseNumber(field, value)) {
-      throw Failure(fmt::format("{}, line {}", where_, number), "there are numbers where the columns' names should be",
+      throw Failure(there, "there are numbers where the columns' names should be",
                     "a first line like t,x,y,z or --columns t,x,y,z");
     }
     names_.emplace_back(field);
   });
   if (names_.size() == 1 && line.find(';') != std::string_view::npos) {
-    throw Failure(given ? "--columns" : fmt::format("{}, line {}", where_, number), "semicolons part its columns",
-                  "commas or blanks, and a point in numbers");
+    throw Failure(there, "semicolons part its columns", "commas or blanks, and a point in numbers");
   }
-  if (names_.size() > kMaxColumns) {
-    throw Failure(fmt::format("{}, line {}", where_, number), fmt::format("there are {} columns", names_.size()),
-                  fmt::format("at most {}", kMaxColumns));
-  }
+  if (names_.size() > kMaxColumns)
+    throw Failure(there, fmt::format("there are {} columns", names_.size()), fmt::format("at most {}", kMaxColumns));
 }
 
 void Table::addRow(std::string_view line, std::size_t number) {

@@ -370,6 +370,24 @@ TEST(PantographIo, ArmsAreHeldWhileItBootsAndNotForEver) {
   }
 }
 
+TEST(PantographIo, OneThatNeverAnsweredIsHeldAnewWhenItIsPluggedInAgain) {
+  Bench bench;
+  bench.hold(Vec3(0.01, 0.02, 0));
+  bench.trouble(haptic_emu::FaultKind::kUnplug);
+  bench.run(1000, {});
+  for (int i = 0; i < 2; ++i) {
+    bench.model.faults.clear();
+    bench.model.deaf = true;
+    bench.run(8000, {});
+    if (i != 0) break;
+    bench.trouble(haptic_emu::FaultKind::kUnplug);
+    bench.run(1000, {});
+  }
+  bench.model.deaf = false;
+  EXPECT_GT(bench.run(1000, {}), 400) << "eight seconds after the plug";
+  EXPECT_EQ(bench.device->calibration(), Calibration::kDone);
+}
+
 // The kernel's own line discipline: a pair of pseudo terminals.
 TEST(TtyTransport, PassesEveryByteAndLocksTheLine) {
   const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);

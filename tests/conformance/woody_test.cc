@@ -1,6 +1,7 @@
 // What WoodenHaptics and Polhem do of their own: taking turns, the button of calibration, the watchdog in the device.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 
 #include "tests/conformance/woody_rig.h"
@@ -261,6 +262,31 @@ TEST(WoodyIo, NorDoesItHoldOnceItWasSeenThatCountsWereLost) {
   EXPECT_FALSE(calibratedAnew(rig));
 }
 
+TEST(WoodyIo, NorOnceItHasHungOrWasClosedBeforeItHeardNewCounters) {
+  DeviceSample sample;
+  {
+    WoodyRig rig(WoodyKind::kWooden2015, 64, "calibrated");
+    ASSERT_TRUE(rig.device().open().ok());
+    run(rig, 50, {}, sample);
+    rig.model.refuses = 1'000'000;
+    run(rig, 300, {}, sample);
+    ASSERT_NE(sample.status & kDeviceGone, 0u);
+    rig.model.refuses = 0;
+    EXPECT_EQ(run(rig, 1000, {}, sample), 0) << "it was never unplugged, and may have begun anew";
+    EXPECT_EQ(rig.link().counters.replugs.load(), 1u);
+    EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  }
+  WoodyRig rig(WoodyKind::kWooden2015, 64, "calibrated");
+  ASSERT_TRUE(rig.device().open().ok());
+  run(rig, 50, {}, sample);
+  rig.model.deaf_to_counters = 1'000'000;
+  rig.model.pressCalibration();
+  run(rig, 20, {}, sample);
+  ASSERT_EQ(rig.device().calibration(), Calibration::kRunning);
+  rig.device().close();
+  EXPECT_FALSE(calibratedAnew(rig)) << "which of the two it counts by nobody knows";
+}
+
 TEST(WoodyCounters, OneThatWasSeenBeforeHasLostThemAndAnotherHasNot) {
   WoodyCounters counters;
   const auto first = counters.of({"16c0:0486 A", "1"});
@@ -271,6 +297,64 @@ TEST(WoodyCounters, OneThatWasSeenBeforeHasLostThemAndAnotherHasNot) {
   for (int i = 0; i < 100; ++i) EXPECT_TRUE(counters.of({"16c0:0486 A", std::to_string(4 + i)})->lost.load());
   EXPECT_TRUE(counters.of({"16c0:0486 A", ""})->lost.load()) << "nobody knows since when";
   EXPECT_FALSE(counters.of({"16c0:0486 B", "3"})->lost.load());
+  EXPECT_FALSE(counters.of({"16c0:0486 C", ""})->lost.load());
+  EXPECT_TRUE(counters.of({"16c0:0486 C", ""})->lost.load()) << "it may have been unplugged in between";
+}
+
+TEST(WoodyCounters, OneThatComesAndGoesForEverTakesNoMoreAndMoreMemory) {
+  WoodyCounters counters;
+  std::vector<std::weak_ptr<WoodyPlugged>> all;
+  for (int i = 0; i < 1000; ++i) all.push_back(counters.of({"16c0:0486 A", std::to_string(i)}));
+  EXPECT_LE(std::count_if(all.begin(), all.end(), [](const auto& one) { return !one.expired(); }), 20);
+  EXPECT_FALSE(all.back().expired()) << "of it the last word counts";
+}
+
+/** Whose writes take so long and are then refused, once it hangs. */
+class HidThatHangs final : public HidTransport {
+ public:
+  struct Hang {
+    bool now = false;
+    std::int64_t takes_ns = 0;
+    int attempts = 0;
+  };
+  HidThatHangs(WoodyRig& rig, Hang& hang) : hid_(rig.model, rig.clock), clock_(rig.clock), hang_(hang) {}
+  Result<void> open() override { return hid_.open(); }
+  void close() noexcept override { hid_.close(); }
+  const std::vector<std::uint8_t>& descriptor() const noexcept override { return hid_.descriptor(); }
+  std::int64_t now() const noexcept override { return hid_.now(); }
+  HidResult read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept override {
+    return hid_.read(buffer, size, until_ns);
+  }
+  HidResult write(std::span<const std::uint8_t> report) noexcept override {
+    if (!hang_.now) return hid_.write(report);
+    ++hang_.attempts;
+    clock_.advance(hang_.takes_ns);
+    return HidResult::kRefused;
+  }
+  HidResult setFeature(std::span<const std::uint8_t> report) noexcept override { return hid_.setFeature(report); }
+  HidResult getFeature(std::span<std::uint8_t> buffer, std::size_t& size) noexcept override {
+    return hid_.getFeature(buffer, size);
+  }
+  void lastWords(std::span<const std::uint8_t> report) noexcept override { hid_.lastWords(report); }
+
+ private:
+  haptic_emu::InProcessHid hid_;
+  ManualClock& clock_;
+  Hang& hang_;
+};
+
+TEST(WoodyIo, OneThatHangsHoldsItsClosingUpOnceAndOneThatRefusesIsToldThrice) {
+  for (const auto& [takes_ns, attempts] : {std::pair{5000 * kMs, 1}, {std::int64_t{0}, WoodyIo::kZeros}}) {
+    WoodyRig rig(WoodyKind::kWooden2015);
+    HidThatHangs::Hang hang{false, takes_ns, 0};
+    rig.setup.hid = [&] { return std::make_unique<HidThatHangs>(rig, hang); };
+    WoodyIo io(rig.setup);
+    ASSERT_TRUE(io.open(std::atomic<bool>{false}).ok());
+    hang.now = true;
+    io.close();
+    EXPECT_EQ(hang.attempts, attempts) << takes_ns;
+    io.close();
+  }
 }
 
 TEST(WoodyIo, AReportThatItRefusesIsALostCommandAndNoUnplug) {

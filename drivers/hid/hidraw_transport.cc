@@ -28,9 +28,18 @@ Error refusal(const std::string& path, int error) {
 
 }  // namespace
 
+HidPlugged pluggedAmong(const std::vector<HidFound>& all, const HidFound& one) {
+  HidPlugged plugged{fmt::format("{:04x}:{:04x} {}", one.vendor, one.product, one.serial), one.instance};
+  for (const HidFound& other : all) {
+    if (!other.instance.empty() && other.instance != one.instance) plugged.beside.push_back(other.instance);
+  }
+  return plugged;
+}
+
 Result<void> HidrawTransport::open() {
   close();
-  Result<HidFound> found = choose(findHid(), wanted_);
+  const std::vector<HidFound> all = findHid();
+  Result<HidFound> found = choose(all, wanted_);
   if (!found) return found.error();
   const std::string& path = found->path;
   const int node = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
@@ -52,7 +61,7 @@ Result<void> HidrawTransport::open() {
   }
   node_.lend(node);
   descriptor_ = found->descriptor;
-  plugged_ = {fmt::format("{:04x}:{:04x} {}", found->vendor, found->product, found->serial), found->instance};
+  plugged_ = pluggedAmong(all, *found);
   wanted_.same = std::move(*found);
   return {};
 }

@@ -11,6 +11,9 @@ struct hid_device_;
 
 namespace hapticd {
 
+/** What one of all that were found is known by once it is open. */
+[[nodiscard]] HidPlugged pluggedAmong(const std::vector<HidFound>& all, const HidFound& one);
+
 /**
  * hidapi reads, writes and gets features; a second descriptor of the same node holds the lock that keeps other daemons
  * away, and carries lastWords(), for hidapi allocates when a write fails. Looks for the device anew in each open(), so

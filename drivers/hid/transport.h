@@ -29,6 +29,8 @@ enum class HidResult : std::uint8_t {
 struct HidPlugged {
   std::string device;    ///< Its IDs and its serial number: two of a kind without one have the same.
   std::string plugging;  ///< Another each time that anything is plugged in; "": nobody knows.
+  /** Pluggings of what was there beside it when it was opened: none of these was it. */
+  std::vector<std::string> beside{};
 };
 
 /**

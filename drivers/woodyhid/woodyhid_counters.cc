@@ -13,8 +13,12 @@ std::shared_ptr<WoodyPlugged> WoodyCounters::of(const HidPlugged& plugged) {
   auto one = std::make_shared<WoodyPlugged>();
   one->device = plugged.device;
   one->plugging = plugged.plugging;
+  const auto& beside = plugged.beside;
+  const auto may_be_it = [&](const auto& before) {
+    return its(before) && std::find(beside.begin(), beside.end(), before->plugging) == beside.end();
+  };
+  one->lost.store(std::any_of(seen_.begin(), seen_.end(), may_be_it));
   const auto before = std::count_if(seen_.begin(), seen_.end(), its);
-  one->lost.store(before != 0);
   seen_.push_back(one);
   if (static_cast<std::size_t>(before) >= kMostOfOne) seen_.erase(std::find_if(seen_.begin(), seen_.end(), its));
   return one;

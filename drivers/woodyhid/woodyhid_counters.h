@@ -25,7 +25,10 @@ struct WoodyPlugged {
  */
 class WoodyCounters {
  public:
-  /** Of what is plugged in: the same as long as it is, and lost from the start where its like was seen before. */
+  /**
+   * Of what is plugged in: the same as long as it is, and lost from the start where its like was seen before, but for
+   * what is there beside it.
+   */
   [[nodiscard]] std::shared_ptr<WoodyPlugged> of(const HidPlugged& plugged);
 
  private:

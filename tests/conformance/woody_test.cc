@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "drivers/hid/hidraw_transport.h"
 #include "tests/conformance/woody_rig.h"
 #include "tests/support/time.h"
 
@@ -299,6 +300,25 @@ TEST(WoodyCounters, OneThatWasSeenBeforeHasLostThemAndAnotherHasNot) {
   EXPECT_FALSE(counters.of({"16c0:0486 B", "3"})->lost.load());
   EXPECT_FALSE(counters.of({"16c0:0486 C", ""})->lost.load());
   EXPECT_TRUE(counters.of({"16c0:0486 C", ""})->lost.load()) << "it may have been unplugged in between";
+}
+
+TEST(WoodyCounters, OneBesideItsLikeIsAnotherAndOneInItsPlaceMayBeIt) {
+  HidFound board;
+  board.vendor = 0x16c0;
+  board.product = 0x0486;
+  const auto plugged = [&](const std::string& one, const std::vector<std::string>& all) {
+    std::vector<HidFound> found;
+    for (const std::string& instance : all) found.emplace_back(board).instance = instance;
+    board.instance = one;
+    return pluggedAmong(found, board);
+  };
+  WoodyCounters counters;
+  EXPECT_FALSE(counters.of(plugged("7", {"7", "8"}))->lost.load());
+  EXPECT_FALSE(counters.of(plugged("8", {"7", "8"}))->lost.load()) << "two boards, each with the user's word";
+  EXPECT_TRUE(counters.of(plugged("9", {"7", "9"}))->lost.load()) << "the second, plugged in again";
+  EXPECT_TRUE(counters.of(plugged("10", {"10"}))->lost.load());
+  EXPECT_FALSE(counters.of(plugged("7", {"7", "8"}))->lost.load());
+  EXPECT_TRUE(counters.of(plugged("", {"7", ""}))->lost.load());
 }
 
 TEST(WoodyCounters, OneThatComesAndGoesForEverTakesNoMoreAndMoreMemory) {

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 
 #include "drivers/falcon/falcon_io.h"
 #include "drivers/link/io_device.h"
@@ -43,12 +44,25 @@ void find(std::vector<DeviceFound>& found) {
 }
 
 Result<void> zero(const DeviceUri& uri) {
-  const auto device = chooseUsb(falconsPlugged(), uri.authority, "Novint Falcon");
-  if (!device) return device.error();
-  return usbfsSendOnce(device.value(), falcon::kInterface, falcon::encode({}), FalconIo::kZeros, kZeroTimeout_ms);
+  const auto plugged = falconsPlugged();
+  const auto meant = falconsMeant(uri.authority, plugged);
+  if (meant.empty()) return chooseUsb(plugged, uri.authority, "Novint Falcon").error();
+  Result<void> all;
+  for (const UsbFound& device : meant) {
+    const auto sent = usbfsSendOnce(device, falcon::kInterface, falcon::encode({}), FalconIo::kZeros, kZeroTimeout_ms);
+    if (!sent) all = sent;
+  }
+  return all;
 }
 
 }  // namespace
+
+std::vector<UsbFound> falconsMeant(const std::string& name, const std::vector<UsbFound>& plugged) {
+  std::vector<UsbFound> meant;
+  std::copy_if(plugged.begin(), plugged.end(), std::back_inserter(meant),
+               [&](const UsbFound& one) { return chooseUsb({one}, name, {}).ok(); });
+  return meant;
+}
 
 Result<UsbFound> FalconName::choose(const std::vector<UsbFound>& plugged) {
   // One of the same serial number may have been plugged in since.

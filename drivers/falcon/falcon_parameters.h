@@ -46,6 +46,9 @@ class FalconName {
   std::string path_;  ///< Where it was last.
 };
 
+/** All that a URI's name may stand for: several of one serial number, and of "default" whatever is plugged in. */
+[[nodiscard]] std::vector<UsbFound> falconsMeant(const std::string& name, const std::vector<UsbFound>& plugged);
+
 /** What a Falcon is and can do, by data sheet and CHAI3D. */
 [[nodiscard]] DeviceInfo falconInfo(const FalconParameters& parameters);
 

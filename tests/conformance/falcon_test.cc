@@ -271,6 +271,22 @@ TEST(FalconSetup, TheSameIsFoundAgainWhateverElseIsPluggedInByThen) {
   EXPECT_EQ(twin.choose({falconAt("1-3", "FTX1"), falconAt("1-7", "FTX1")})->path, "1-7") << "where it was last";
 }
 
+TEST(FalconSetup, WhichOfThoseOfANameWasHeldNobodyKnowsOnceItsDaemonIsDead) {
+  const std::vector<UsbFound> all = {falconAt("1-1", "FTX1"), falconAt("1-2", "FTX0"), falconAt("1-3", "FTX1"),
+                                     falconAt("1-4", "")};
+  const auto meant = [&](const char* name) {
+    std::string paths;
+    for (const UsbFound& one : falconsMeant(name, all)) paths += one.path + " ";
+    return paths;
+  };
+  EXPECT_EQ(meant("FTX1"), "1-1 1-3 ") << "opened before its twin was plugged in";
+  EXPECT_EQ(meant("1-3"), "1-3 ");
+  EXPECT_EQ(meant("FTX0"), "1-2 ");
+  EXPECT_EQ(meant("1-4"), "1-4 ");
+  EXPECT_EQ(meant("default"), "1-1 1-2 1-3 1-4 ") << "opened before anything was plugged in";
+  EXPECT_EQ(meant("FTX2"), "");
+}
+
 TEST(FalconSetup, TheLargestForceAndItsStepAreThoseOfTheScale) {
   const auto legs = falcon::legsAt(falcon::kMiddle);
   ASSERT_TRUE(legs);

@@ -18,6 +18,7 @@
 
 #include "daemon/ipc/memfd.h"
 #include "daemon/log/log.h"
+#include "rt/base/clock.h"
 #include "rt/scene/snapshot_checksum.h"
 
 namespace hapticd {
@@ -25,19 +26,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool copy(int from, int to, std::uint64_t bytes) {
+/** By parts, as long as `go_on` says so: else ECANCELED. `part_done` after each. */
+template <class GoOn, class PartDone>
+bool copy(int from, int to, std::uint64_t bytes, GoOn go_on, PartDone part_done) {
   while (bytes > 0) {
-    const ssize_t n = ::sendfile(to, from, nullptr, bytes);
+    if (!go_on()) {
+      errno = ECANCELED;
+      return false;
+    }
+    const ssize_t n = ::sendfile(to, from, nullptr, std::min(bytes, VolumeCache::kPart_bytes));
     if (n <= 0) return false;
+    part_done();
     bytes -= static_cast<std::uint64_t>(n);
   }
   return true;
 }
 
-/** The next `bytes` of a file as a sealed memfd; invalid if that cannot be. */
-UniqueFd readPart(int file, std::uint64_t bytes, const char* name) {
+/** The next `bytes` of a file as a sealed memfd; invalid if that cannot be, or is not to be. */
+template <class GoOn>
+UniqueFd readPart(int file, std::uint64_t bytes, const char* name, GoOn go_on) {
   auto memfd = Memfd::create(name, bytes);
-  if (!memfd || !copy(file, memfd->fd(), bytes) || !memfd->seal(Seals::kFrozen)) return {};
+  if (!memfd || !copy(file, memfd->fd(), bytes, go_on, [] {}) || !memfd->seal(Seals::kFrozen)) return {};
   auto fd = memfd->share();
   return fd ? std::move(*fd) : UniqueFd();
 }
@@ -56,8 +65,10 @@ std::optional<std::uint64_t> headerChecksum(int volume) {
 
 constexpr const char* kNoFolder = "hapticd must be able to write to that folder; builder.cache names another";
 
-/** `number` becomes that of the system's error, if it is one. */
-Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes, int& number) {
+/** `number` becomes that of the system's error, if it is one; ECANCELED where `go_on` no longer says so. */
+template <class GoOn>
+Result<void> writeFile(const std::string& path, int snapshot, int volume, const std::string& notes, int& number,
+                       GoOn go_on) {
   const auto failed = [&](const char* call, const char* remedy) {
     number = errno;
     return systemError(path, call, number, remedy);
@@ -76,10 +87,15 @@ Result<void> writeFile(const std::string& path, int snapshot, int volume, const 
     if (n >= 0 && n != static_cast<ssize_t>(bytes)) errno = ENOSPC;  // A short write means a full disk.
     return n == static_cast<ssize_t>(bytes);
   };
+  const auto whole_copy = [&](int from, std::uint64_t bytes) {
+    // Onto the disk part by part: fsync() of all of it would hear nothing until the end.
+    constexpr unsigned kAll = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
+    return copy(from, file.get(), bytes, go_on, [&] { (void)::sync_file_range(file.get(), 0, 0, kAll); });
+  };
   // Descriptors of one memfd share their offset, so rewind: somebody else may have read it.
   if (::lseek(snapshot, 0, SEEK_SET) != 0 || ::lseek(volume, 0, SEEK_SET) != 0) return failed("lseek", "");
-  if (whole(&head, sizeof head) && copy(snapshot, file.get(), head.snapshot_bytes) &&
-      copy(volume, file.get(), head.volume_bytes) && whole(notes.data(), notes.size()) && ::fsync(file.get()) == 0)
+  if (whole(&head, sizeof head) && whole_copy(snapshot, head.snapshot_bytes) && whole_copy(volume, head.volume_bytes) &&
+      whole(notes.data(), notes.size()) && ::fsync(file.get()) == 0)
     return {};
   return failed("write", "make room on the disk, or see builder.cache_mb");
 }
@@ -150,15 +166,20 @@ VolumeCache::VolumeCache(std::string directory, std::uint64_t most_bytes, std::o
 }
 
 VolumeCache::~VolumeCache() {
-  {
-    const std::lock_guard lock(mutex_);
-    if (jobs_.size() > 1) {
-      log::warn("{} volumes that were still to be written are not kept on disk", jobs_.size() - 1);
-      jobs_.resize(1);
-    }
-  }
+  stop();
   awaitWriter();
 }
+
+void VolumeCache::stop(std::int64_t patience_ns) noexcept {
+  std::int64_t never = kNever;
+  (void)stop_ns_.compare_exchange_strong(never, MonotonicClock().now() + patience_ns);
+  const std::lock_guard lock(mutex_);
+  if (jobs_.size() <= 1) return;
+  log::warn("{} volumes that were still to be written are not kept on disk", jobs_.size() - 1);
+  jobs_.resize(1);
+}
+
+bool VolumeCache::mayWrite() const noexcept { return MonotonicClock().now() < stop_ns_.load(); }
 
 std::vector<CachedVolume> VolumeCache::list() const {
   std::vector<CachedVolume> all;
@@ -239,8 +260,9 @@ std::optional<CachedBuild> VolumeCache::find(const std::string& key) {
   if (::read(file.get(), &head, sizeof head) != static_cast<ssize_t>(sizeof head)) return {};
   if (!head.fits(sizeOf(file.get()))) return {};
   CachedBuild found;
-  found.snapshot = readPart(file.get(), head.snapshot_bytes, "hapticd-mesh");
-  found.volume = readPart(file.get(), head.volume_bytes, "hapticd-volume");
+  const auto go_on = [this] { return stop_ns_.load() == kNever; };
+  found.snapshot = readPart(file.get(), head.snapshot_bytes, "hapticd-mesh", go_on);
+  found.volume = readPart(file.get(), head.volume_bytes, "hapticd-volume", go_on);
   if (headerChecksum(found.volume.get()) != head.volume_header) return {};
   std::string notes(head.notes_bytes, '\0');
   if (!found.snapshot.valid() || !found.volume.valid() ||
@@ -353,8 +375,14 @@ void VolumeCache::store(const Job& job) {
     return;
   }
   int number = 0;
-  if (const auto written = writeFile(unfinished, job.snapshot.get(), job.volume.get(), job.notes, number); !written) {
-    notKept(written.error(), number, job.bytes);
+  const auto written =
+      writeFile(unfinished, job.snapshot.get(), job.volume.get(), job.notes, number, [this] { return mayWrite(); });
+  if (!written) {
+    if (number == ECANCELED) {
+      log::warn("a volume that was being written is not kept on disk: hapticd ends");
+    } else {
+      notKept(written.error(), number, job.bytes);
+    }
     fs::remove(unfinished, ignored);
     return;
   }

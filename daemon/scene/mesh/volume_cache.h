@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -41,7 +42,9 @@ struct CachedVolume {
  */
 class VolumeCache {
  public:
-  static constexpr std::size_t kMostVolumes = 1000;  ///< list() looks at each.
+  static constexpr std::size_t kMostVolumes = 1000;              ///< list() looks at each.
+  static constexpr std::int64_t kStop_ns = 1'000'000'000;        ///< Of the five seconds that systemd gives the daemon.
+  static constexpr std::uint64_t kPart_bytes = 4 * 1024 * 1024;  ///< On the disk before the next is begun.
 
   /**
    * Beyond `most_bytes`, or kMostVolumes, those longest unused go with what is beside them; one that is larger is not
@@ -49,7 +52,7 @@ class VolumeCache {
    * files are made, also of what is found without one.
    */
   VolumeCache(std::string directory, std::uint64_t most_bytes, std::optional<VdbOptions> vdb = {});
-  /** Awaits what is being written; what waits behind it is not kept. */
+  /** As stop(), which may have come before. */
   ~VolumeCache();
   VolumeCache(const VolumeCache&) = delete;
   VolumeCache& operator=(const VolumeCache&) = delete;
@@ -66,6 +69,11 @@ class VolumeCache {
    * not kept, and the log says so.
    */
   void keep(const std::string& key, UniqueFd snapshot, UniqueFd volume, const std::vector<std::string>& notes);
+  /**
+   * The daemon ends: nothing is found any more, what waits to be written is not kept, nor what is being written then if
+   * it takes longer than `patience_ns`. Both hear it between two parts of a file, however slow the disk.
+   */
+  void stop(std::int64_t patience_ns = kStop_ns) noexcept;
   [[nodiscard]] const std::string& directory() const { return directory_; }
   /** Why the last one could not be kept there, or none can be; nothing once one is, or the cause is seen to be gone. */
   [[nodiscard]] std::optional<Error> trouble();
@@ -91,7 +99,9 @@ class VolumeCache {
   /** These hold descriptors, and memory that counts for nobody once their mesh is dropped. */
   static constexpr std::size_t kMostJobs = 16;
   static constexpr std::uint64_t kMostJobBytes = 256'000'000;
+  static constexpr std::int64_t kNever = INT64_MAX;
   [[nodiscard]] bool isWaiting(const std::string& key);
+  [[nodiscard]] bool mayWrite() const noexcept;
   void awaitWriter();
   /** The writing thread: until nothing waits. */
   void write() noexcept;
@@ -108,7 +118,8 @@ class VolumeCache {
 
   std::string directory_;
   std::uint64_t most_bytes_;
-  std::thread writer_;  ///< Runs, or is about to end, while there are jobs.
+  std::atomic<std::int64_t> stop_ns_{kNever};  ///< Until then something may be written.
+  std::thread writer_;                         ///< Runs, or is about to end, while there are jobs.
   std::mutex mutex_;
   std::deque<Job> jobs_;             ///< Under the mutex, but for what the writer does with the first.
   std::optional<Trouble> trouble_;   ///< Under the mutex.

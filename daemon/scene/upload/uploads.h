@@ -32,6 +32,9 @@ class Uploads {
 
   Uploads(MeshStore& meshes, TextureStore& textures, Quota quota)
       : meshes_(meshes), textures_(textures), quota_(std::move(quota)) {}
+  ~Uploads() {
+    if (cache_ != nullptr) cache_->stop();  // First: what is aside may be reading from a slow disk.
+  }
 
   /** The builder, or why there is none. */
   void setBuilder(std::unique_ptr<BuilderLeash> builder, std::string why_not = {});

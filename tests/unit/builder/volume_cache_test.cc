@@ -386,6 +386,32 @@ TEST_F(Cache, whatCannotTakeItsPlaceIsToldAndLeavesNothing) {
   EXPECT_FALSE(cache.find("key").has_value());
 }
 
+TEST_F(Cache, whatIsBeingWrittenAsTheDaemonEndsHearsItWithinAPart) {
+  constexpr std::size_t kBytes = 64 << 20, kRead = 1 << 20;
+  const std::string file = directory_.path() + "/" + keyNamed("large") + ".hvol.new";
+  VolumeCache cache(directory_.path(), 1 << 30);
+  ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+  cache.keep(keyNamed("large"), std::move(*built_.memfd.share()), std::move(*Memfd::create("large", kBytes)->share()),
+             {});
+  std::ifstream disk(file, std::ios::binary);
+  std::vector<char> read(kRead);
+  disk.read(read.data(), kRead);
+  cache.stop(0);
+  disk.ignore(std::numeric_limits<std::streamsize>::max());  // To its end.
+  EXPECT_LT(static_cast<std::size_t>(disk.gcount()), 2 * VolumeCache::kPart_bytes) << "of " << kBytes;
+  cache.wait();
+  EXPECT_TRUE(fs::is_empty(directory_.path())) << "nothing half written is left";
+  EXPECT_FALSE(cache.trouble().has_value());
+}
+
+TEST_F(Cache, nothingIsReadAnyMoreForADaemonThatEnds) {
+  VolumeCache cache(directory_.path(), 1 << 30);
+  keep(cache, keyNamed("one"));
+  ASSERT_TRUE(cache.find(keyNamed("one")).has_value());
+  cache.stop();
+  EXPECT_FALSE(cache.find(keyNamed("one")).has_value());
+}
+
 TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {
   MeshStore meshes;
   meshes.setLock(false);
@@ -413,7 +439,8 @@ TEST_F(Cache, anUploadBuiltBeforeIsThereAtOnce) {
     ASSERT_TRUE(uploads.commit(*id, {}, [&](Result<MeshInfo> r) { done = std::move(r); }).ok());
   };
   const auto newCache = [&] {
-    uploads.setCache(nullptr);  // Its end awaits its writer, whose unfinished file a new one would remove.
+    if (uploads.cache() != nullptr) uploads.cache()->wait();  // Its unfinished file a new one would remove.
+    uploads.setCache(nullptr);
     uploads.setCache(std::make_unique<VolumeCache>(directory_.path(), 1 << 30));
   };
   newCache();

@@ -39,6 +39,7 @@ Result<void> HidPidIo::prepare(const std::atomic<bool>& stop) {
   say(encoder_.control(Control::kStopAll));
   say(encoder_.control(Control::kDisable));
   say(encoder_.fullGain());
+  if (auto still = there(); !still) return still;
   for (std::size_t i = 0; i < layout_.axes; ++i) {
     Result<std::int32_t> block = create(Effect::kConstant, stop);
     if (!block) return block.error();
@@ -63,9 +64,12 @@ Result<void> HidPidIo::prepare(const std::atomic<bool>& stop) {
       fallback_[fallbacks_++] = {effect, i, *block};
     }
   }
-  if (gone_)
-    return Error{ErrorCode::kDeviceGone, setup_.info.uri, "it was unplugged while it was set up", "plug it in"};
-  return {};
+  return there();
+}
+
+Result<void> HidPidIo::there() const {
+  if (!gone_) return {};
+  return Error{ErrorCode::kDeviceGone, setup_.info.uri, "it went, or hung, while it was set up", "plug it in again"};
 }
 
 Result<std::int32_t> HidPidIo::create(Effect effect, const std::atomic<bool>& stop) {
@@ -74,7 +78,8 @@ Result<std::int32_t> HidPidIo::create(Effect effect, const std::atomic<bool>& st
   if (asked.bytes().empty() || hid_->setFeature(asked.bytes()) != HidResult::kOk) {
     return Error{ErrorCode::kUnsupported, where, "the device does not make such an effect", ""};
   }
-  for (int i = 0; i < kMostLoadTries && !stop.load(std::memory_order_relaxed); ++i) {
+  const std::int64_t give_up_ns = hid_->now() + kHang_ns;
+  for (int i = 0; i < kMostLoadTries && hid_->now() < give_up_ns && !stop.load(std::memory_order_relaxed); ++i) {
     std::array<std::uint8_t, pid::Report::kLongest> answer{};
     const pid::Report empty = encoder_.load();
     std::copy(empty.bytes().begin(), empty.bytes().end(), answer.begin());
@@ -118,9 +123,11 @@ void HidPidIo::safe() noexcept {
 
 bool HidPidIo::say(const pid::Report& report) noexcept {
   if (report.bytes().empty() || gone_) return !gone_;  // It has no such thing.
+  const std::int64_t before_ns = hid_->now();
   const HidResult result = hid_->write(report.bytes());
   refusals_ = result == HidResult::kOk ? 0 : refusals_ + 1;
-  gone_ = result == HidResult::kGone || refusals_ >= kRefusalsInARow;
+  const bool hangs = result == HidResult::kRefused && hid_->now() - before_ns >= kHang_ns;
+  gone_ = result == HidResult::kGone || refusals_ >= kRefusalsInARow || hangs;
   return result == HidResult::kOk;
 }
 

@@ -27,6 +27,8 @@ class HidPidIo final : public DeviceIo {
   static constexpr std::int32_t kHold_ms = 100, kFallback_ms = 200;
   static constexpr int kMostLoadTries = 60;    ///< As the kernel's driver asks.
   static constexpr int kRefusalsInARow = 100;  ///< Reports that it does not take, until it counts as gone.
+  /** One that refuses only after so long hangs, for the kernel waits five seconds: gone at once. */
+  static constexpr std::int64_t kHang_ns = 1'000'000'000;
 
   explicit HidPidIo(HidPidSetup setup) : setup_(std::move(setup)), hid_(setup_.hid()) {}
   ~HidPidIo() override { close(); }
@@ -60,6 +62,8 @@ class HidPidIo final : public DeviceIo {
   [[nodiscard]] Result<void> prepare(const std::atomic<bool>& stop);
   [[nodiscard]] Result<std::int32_t> create(pid::Effect effect, const std::atomic<bool>& stop);
   void listen(std::span<const std::uint8_t> report) noexcept;
+  /** That it is gone, if it is. */
+  [[nodiscard]] Result<void> there() const;
   /** False if it has not taken it; then nobody knows what it did. */
   bool say(const pid::Report& report) noexcept;
   void tell(Axis& axis, double share) noexcept;

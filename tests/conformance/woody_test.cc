@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "drivers/hid/hidraw_transport.h"
+#include "tests/conformance/hid_that_hangs.h"
 #include "tests/conformance/woody_rig.h"
 #include "tests/support/time.h"
 
@@ -329,45 +330,11 @@ TEST(WoodyCounters, OneThatComesAndGoesForEverTakesNoMoreAndMoreMemory) {
   EXPECT_FALSE(all.back().expired()) << "of it the last word counts";
 }
 
-/** Whose writes take so long and are then refused, once it hangs. */
-class HidThatHangs final : public HidTransport {
- public:
-  struct Hang {
-    bool now = false;
-    std::int64_t takes_ns = 0;
-    int attempts = 0;
-  };
-  HidThatHangs(WoodyRig& rig, Hang& hang) : hid_(rig.model, rig.clock), clock_(rig.clock), hang_(hang) {}
-  Result<void> open() override { return hid_.open(); }
-  void close() noexcept override { hid_.close(); }
-  const std::vector<std::uint8_t>& descriptor() const noexcept override { return hid_.descriptor(); }
-  std::int64_t now() const noexcept override { return hid_.now(); }
-  HidResult read(std::span<std::uint8_t> buffer, std::size_t& size, std::int64_t until_ns) noexcept override {
-    return hid_.read(buffer, size, until_ns);
-  }
-  HidResult write(std::span<const std::uint8_t> report) noexcept override {
-    if (!hang_.now) return hid_.write(report);
-    ++hang_.attempts;
-    clock_.advance(hang_.takes_ns);
-    return HidResult::kRefused;
-  }
-  HidResult setFeature(std::span<const std::uint8_t> report) noexcept override { return hid_.setFeature(report); }
-  HidResult getFeature(std::span<std::uint8_t> buffer, std::size_t& size) noexcept override {
-    return hid_.getFeature(buffer, size);
-  }
-  void lastWords(std::span<const std::uint8_t> report) noexcept override { hid_.lastWords(report); }
-
- private:
-  haptic_emu::InProcessHid hid_;
-  ManualClock& clock_;
-  Hang& hang_;
-};
-
 TEST(WoodyIo, OneThatHangsHoldsItsClosingUpOnceAndOneThatRefusesIsToldThrice) {
   for (const auto& [takes_ns, attempts] : {std::pair{5000 * kMs, 1}, {std::int64_t{0}, WoodyIo::kZeros}}) {
     WoodyRig rig(WoodyKind::kWooden2015);
-    HidThatHangs::Hang hang{false, takes_ns, 0};
-    rig.setup.hid = [&] { return std::make_unique<HidThatHangs>(rig, hang); };
+    HidThatHangs::Hang hang{false, takes_ns, 0, false};
+    rig.setup.hid = [&] { return std::make_unique<HidThatHangs>(rig.model, rig.clock, hang); };
     WoodyIo io(rig.setup);
     ASSERT_TRUE(io.open(std::atomic<bool>{false}).ok());
     hang.now = true;

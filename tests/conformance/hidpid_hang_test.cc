@@ -1,0 +1,83 @@
+// A device with force feedback whose firmware hangs: each report waits for the kernel's five seconds.
+#include <gtest/gtest.h>
+
+#include "drivers/hidpid/hidpid_io.h"
+#include "drivers/link/io_device.h"
+#include "tests/conformance/hid_that_hangs.h"
+#include "tests/support/stepped/push.h"
+#include "tests/support/time.h"
+#include "tools/haptic-emu/hidpid/pid_model.h"
+
+namespace hapticd::test {
+namespace {
+
+struct HungStick {
+  HungStick() {
+    auto resolved = resolveHidPid({"hidpid", "default", {{"max_force", "4"}}}, {});
+    EXPECT_TRUE(resolved.ok());
+    resolved->hid = [this] { return std::make_unique<HidThatHangs>(model, clock, hang); };
+    device =
+        std::make_unique<IoDevice>(std::make_unique<HidPidIo>(std::move(*resolved)), IoOptions{.thread = false}, clock);
+    EXPECT_TRUE(device->open().ok());
+    pushOn(20);
+  }
+  void pushOn(int cycles) {
+    for (int i = 0; i < cycles; ++i) {
+      device->write(clock.now(), push(Vec3(0, 1, 0)));
+      device->pump(clock.now() + kMs);
+      model.advance(clock.now());
+    }
+  }
+  void hangs(std::int64_t takes_ns) { hang = {true, takes_ns, 0, false}; }
+
+  haptic_emu::PidModel model;
+  ManualClock clock;
+  HidThatHangs::Hang hang;
+  std::unique_ptr<IoDevice> device;
+};
+
+TEST(HidPidHang, IsGoneAfterOneReportAndClosesWithOne) {
+  HungStick stick;
+  stick.hangs(5000 * kMs);
+  stick.device->write(stick.clock.now(), push(Vec3(0, 2, 0)));
+  stick.device->pump(stick.clock.now() + kMs);
+  EXPECT_EQ(stick.hang.attempts, 1) << "each more is five seconds";
+  DeviceSample sample;
+  stick.device->read(stick.clock.now(), sample);
+  EXPECT_NE(sample.status & kDeviceGone, 0u);
+  HungStick closing;
+  closing.hangs(5000 * kMs);
+  closing.device->close();
+  EXPECT_EQ(closing.hang.attempts, 1);
+}
+
+TEST(HidPidHang, IsNotOpenedForMinutes) {
+  HungStick stick;
+  stick.device->close();
+  stick.hangs(5000 * kMs);
+  const auto opened = stick.device->open();
+  ASSERT_FALSE(opened.ok());
+  EXPECT_EQ(opened.error().code, ErrorCode::kDeviceGone);
+  EXPECT_EQ(stick.hang.attempts, 1);
+  stick.hang = {true, 5000 * kMs, 0, true};
+  const auto asked = stick.device->open();
+  ASSERT_FALSE(asked.ok()) << "it does not say where it keeps an effect";
+  EXPECT_EQ(asked.error().code, ErrorCode::kTimeout);
+  EXPECT_EQ(stick.hang.attempts, 1);
+}
+
+TEST(HidPidHang, AReportThatIsRefusedAtOnceIsTriedAgain) {
+  HungStick stick;
+  stick.hangs(0);
+  stick.pushOn(90);  // Within which the effect is started again.
+  EXPECT_GT(stick.hang.attempts, 0);
+  stick.hang.now = false;
+  stick.pushOn(90);
+  EXPECT_NEAR(stick.model.force().y(), 1, 0.02);
+  DeviceSample sample;
+  stick.device->read(stick.clock.now(), sample);
+  EXPECT_EQ(sample.status & kDeviceGone, 0u);
+}
+
+}  // namespace
+}  // namespace hapticd::test

@@ -427,5 +427,20 @@ TEST(TtyTransport, PassesEveryByteAndLocksTheLine) {
   EXPECT_EQ(none.open().error().code, ErrorCode::kNotFound);
 }
 
+TEST(PantographIo, GivesItsLineBackWhenItIsClosed) {
+  const int master = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  ASSERT_TRUE(master >= 0 && ::grantpt(master) == 0 && ::unlockpt(master) == 0);
+  const std::string path = ::ptsname(master);
+  auto setup = resolvePantograph({"pantograph", path, {}});
+  ASSERT_TRUE(setup.ok());
+  PantographIo io(std::move(*setup));
+  EXPECT_FALSE(io.open(std::atomic<bool>{true}).ok()) << "nobody waits for its answer";
+  TtyTransport other(path);
+  EXPECT_EQ(other.open().error().code, ErrorCode::kDeviceBusy);
+  io.close();
+  EXPECT_TRUE(other.open().ok());
+  ::close(master);
+}
+
 }  // namespace
 }  // namespace hapticd::test

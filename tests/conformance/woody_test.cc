@@ -108,6 +108,20 @@ TEST(WoodyIo, SomethingElseOnSuchABoardIsNotTaken) {
   EXPECT_NE(opened.error().remedy.find("serial="), std::string::npos);
 }
 
+TEST(WoodyFound, OfBothKindsOfBoardsAndNotTheConsoleBesideThem) {
+  HidFound found;
+  const auto may_be = [&](std::uint16_t vendor, std::uint16_t product, std::uint16_t usage_page) {
+    found.vendor = vendor, found.product = product, found.usage_page = usage_page;
+    return mayBeWoody(found);
+  };
+  EXPECT_TRUE(may_be(0x16c0, 0x0486, 0xffab)) << "Teensy, RawHID";
+  EXPECT_FALSE(may_be(0x16c0, 0x0486, 0xffc9)) << "what it prints";
+  EXPECT_FALSE(may_be(0x16c0, 0x0483, 0xffab)) << "Teensy, a serial line";
+  EXPECT_TRUE(may_be(0x1234, 0x0006, 0xffab)) << "mbed LPC1768";
+  EXPECT_FALSE(may_be(0x1234, 0x0486, 0xffab));
+  EXPECT_FALSE(may_be(0x16c0, 0x0006, 0xffab));
+}
+
 TEST(WoodyIo, NeitherPlaceNorForceBeforeCalibration) {
   WoodyRig rig(WoodyKind::kWooden2015);
   ASSERT_TRUE(rig.device().open().ok());

@@ -6,10 +6,12 @@ Usage: record_test.py BUILD_DIRECTORY [unittest arguments]
 import csv
 import json
 import os
+import pathlib
 import random
 import resource
 import signal
 import subprocess
+import sys
 import time
 import unittest
 
@@ -17,6 +19,13 @@ from daemon_case import BUILD, HAPTICCTL, HAPTICD, OwnDaemon, eventually
 
 BENCH = BUILD / "tools/haptic-bench/haptic-bench"
 TAP = "sim://default?motion=tap&centre=0,0,0.005&direction=0,0,-1&depth=0.015&period=0.5&hand_stiffness=400"
+CLOSE = """
+import hapticclient, sys
+with hapticclient.Client(sys.argv[1], administration=True) as client:
+    print("there", flush=True)
+    sys.stdin.readline()
+    client.close_device("sim")
+"""
 
 
 class Record(unittest.TestCase):
@@ -265,6 +274,24 @@ class Record(unittest.TestCase):
         told = self.replay("--verify")
         self.assertIn("bit for bit", told)
         self.assertNotIn("cut off", told)
+
+    def test_what_the_daemon_ended_is_no_success_however_much_is_still_to_be_written(self):
+        package = pathlib.Path(__file__).resolve().parents[3] / "libclient/python"
+        environment = {**os.environ, "PYTHONPATH": str(package), "PYTHONDONTWRITEBYTECODE": "1",
+                       "HAPTICCLIENT_LIBRARY": str(BUILD / "libclient/libhapticclient.so")}
+        closer = subprocess.Popen([sys.executable, "-c", CLOSE, self.directory / "admin.sock"], env=environment,
+                                  stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.assertEqual(closer.stdout.readline(), "there\n")
+        recording = self.start()
+        time.sleep(0.5)
+        recording.send_signal(signal.SIGSTOP)  # As if its disk stood still.
+        closer.communicate("now\n", timeout=300)
+        self.assertEqual(closer.returncode, 0)
+        recording.send_signal(signal.SIGINT)
+        recording.send_signal(signal.SIGCONT)
+        out, errors = recording.communicate(timeout=300)
+        self.assertEqual(recording.returncode, 1, out + errors)
+        self.assertIn("ended by itself: the device was closed", errors)
 
     def test_foreign_and_damaged_files_are_named(self):
         self.file.write_text("t,x,y,z\n0,0,0,0\n" * 10)

@@ -87,14 +87,21 @@ std::vector<HidFound> findHid() {
 Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wanted) {
   std::string there;
   bool another = false;
+  // At a replug the kernel may have given its node another number: then its socket tells it.
+  enum : std::uint8_t { kNone, kNamed, kInPlace, kBoth } best = kNone;
+  const HidFound* chosen = nullptr;
   for (const HidFound& one : found) {
     if (wanted.fits && !wanted.fits(one)) continue;
     const bool meant =
         (wanted.path.empty() || wanted.path == one.path) && (wanted.serial.empty() || wanted.serial == one.serial);
-    if (meant && (!wanted.same || isSame(*wanted.same, one))) return one;
+    const bool same = !wanted.same || isSame(*wanted.same, one);
+    const bool in_place = wanted.same && !one.socket.empty() && one.socket == wanted.same->socket;
+    const auto fit = !same ? kNone : meant ? (in_place ? kBoth : kNamed) : in_place ? kInPlace : kNone;
+    if (fit > best) best = fit, chosen = &one;
     another = another || meant;
     there += fmt::format("{}{} ({})", there.empty() ? "" : ", ", one.path, one.serial);
   }
+  if (chosen != nullptr) return *chosen;
   if (another) {
     return Error{ErrorCode::kNotFound, "HID devices",
                  fmt::format("another stands in the place of {}: there are {}", wanted.what, there),

@@ -42,7 +42,8 @@ struct HidWanted {
 
 /**
  * The first of `found` that is meant; kNotFound lists those that the driver could serve. The same is of the same kind
- * and serial number; without one it stands in the same socket, for nothing else tells two of a kind apart.
+ * and serial number; without one it stands in the same socket, for nothing else tells two of a kind apart. In its
+ * socket it is found whatever number its node has got.
  */
 [[nodiscard]] Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wanted);
 

@@ -109,5 +109,36 @@ TEST(HidNames, OneWithoutASerialNumberIsFoundAgainOnlyWhereItWasAndIfItLooksTheS
   EXPECT_TRUE(other([](HidFound& one) { one.socket = "/sys/1-3:1.0"; }));
 }
 
+TEST(HidNames, OneThatWasNamedByItsNodeIsFoundInItsSocketUnderAnother) {
+  for (const char* const serial : {"", "0001"}) {  // Which boards of one maker often share.
+    HidFound left;
+    left.path = "/dev/hidraw0";
+    left.name = "Stick";
+    left.serial = serial;
+    left.socket = "/sys/1-2.1:1.0";
+    HidFound right = left;
+    right.path = "/dev/hidraw1";
+    right.socket = "/sys/1-2.2:1.0";
+    const HidWanted wanted{{}, right.path, "", "a joystick", right};
+    EXPECT_EQ(choose({left, right}, wanted)->socket, right.socket);
+    // Their hub was pulled, and they came back in another order.
+    HidFound first = right, second = left;
+    std::swap(first.path, second.path);
+    EXPECT_EQ(choose({second}, wanted).ok(), *serial != 0) << "the other alone: a serial number goes for it";
+    for (const auto& all : {std::vector{first, second}, {second, first}}) {
+      const auto found = choose(all, wanted);
+      ASSERT_TRUE(found.ok()) << toString(found.error());
+      EXPECT_EQ(found->socket, right.socket) << serial;
+    }
+    HidFound elsewhere = right;
+    elsewhere.path = "/dev/hidraw7";
+    elsewhere.socket = "/sys/1-3:1.0";
+    EXPECT_FALSE(choose({elsewhere}, wanted).ok()) << "neither its node nor its socket";
+    // Where all have one, as by radio, the node tells them apart.
+    left.socket = right.socket;
+    EXPECT_EQ(choose({left, right}, wanted)->path, right.path);
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

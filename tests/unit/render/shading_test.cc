@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numbers>
 
 #include "rt/base/rotation.h"
+#include "rt/geometry/nearest/pseudo_normal.h"
 #include "rt/render/surface/smooth_normal.h"
 #include "tests/support/shape/test_mesh.h"
 #include "tests/support/shape/test_surface.h"
@@ -127,6 +129,37 @@ TEST(Shading, OnlyEdgesThatBendLittleAreRounded) {
   for (int i = 0; i < 1000; ++i) {
     const Vec3 force = lid.at({0.01 * std::sin(0.01 * i), 0.01 * std::cos(0.02 * i), 0.0195});
     ASSERT_LT((force - Vec3(0, 0, 0.5)).norm(), 1e-6);
+  }
+}
+
+/** Where the radii of a round side come together its normal is that of the last layer that is still long enough: three
+ * quarters of the way in. Whichever corner of a triangle is the first. */
+TEST(Shading, TooDeepTheNormalIsThatThreeQuartersOfTheWayIn) {
+  constexpr int kSides = 12;
+  constexpr double kRadius = 0.02, kHalf = std::numbers::pi / kSides;
+  const auto radial = [](double azimuth) { return Vec3(std::cos(azimuth), std::sin(azimuth), 0); };
+  for (std::size_t first = 0; first < 3; ++first) {
+    TestMesh mesh;
+    for (int i = 0; i < kSides; ++i)
+      for (const double z : {-0.02, 0.02}) mesh.addVertex(kRadius * radial(2 * kHalf * i) + z * Vec3::UnitZ());
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+      const std::uint32_t a = 2 * i, b = 2 * ((i + 1) % kSides);
+      for (const auto& v : {std::array{a, b, b + 1}, std::array{a, b + 1, a + 1}})
+        mesh.addTriangle(v[first], v[(first + 1) % 3], v[(first + 2) % 3]);
+    }
+    const SmoothSheet sheet{*mesh.view(), degrees(45), 1};
+    // There an edge is as long as the normals of its ends, which meet on the axis, have left of it.
+    const double left = 1 - 0.75 / std::cos(kHalf), aside = 0.5 * left * kRadius * std::sin(kHalf);
+    const Vec3 normal = radial(kHalf), across = radial(kHalf + std::numbers::pi / 2);
+    for (const double depth : {0.751 * kRadius, 0.85 * kRadius, 0.95 * kRadius}) {
+      const Vec3 x = (kRadius * std::cos(kHalf) - depth) * normal + aside * across + 0.003 * Vec3::UnitZ();
+      for (std::uint32_t t = 0; t < 2 * kSides; ++t) {
+        if (faceNormal(sheet.mesh, t).dot(normal) < 0.999) continue;
+        std::uint32_t work = 0;
+        const Vec3 expected = (0.25 * radial(0) + 0.75 * radial(2 * kHalf)).normalized();
+        EXPECT_LT((sheet.normalToward(x, t, work) - expected).norm(), 1e-6) << first << ' ' << depth << ' ' << t;
+      }
+    }
   }
 }
 

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <numeric>
+#include <vector>
 
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/collide/timing.h"
@@ -72,6 +74,15 @@ TEST(Percentiles, AreByNearestRankEverywhere) {
   EXPECT_EQ(times.p99, 990);
   EXPECT_EQ(times.p999, 999);
   EXPECT_EQ(times.steady999, 999);
+}
+
+TEST(Percentiles, TheMiddleOneOfAnEvenNumberLiesBetweenTwo) {
+  const auto middle = [](std::vector<std::int64_t> samples) { return middleOf(samples); };
+  EXPECT_EQ(middle({7}), 7);
+  EXPECT_EQ(middle({9, 2}), 5.5);
+  EXPECT_EQ(middle({5, 100, -3}), 5);
+  EXPECT_EQ(middle({8, 1, 90, 3}), 5.5) << "of what is below the upper one the greatest, wherever it stands";
+  EXPECT_EQ(middle({6, 5, 4, 3, 2, 1}), 3.5);
 }
 
 }  // namespace

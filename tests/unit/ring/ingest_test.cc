@@ -278,6 +278,10 @@ TEST_F(IngestTest, MailboxesAreLatestWinsWithTheirOwnNumbers) {
   EXPECT_EQ(client.acks().rejected, 1u);
   EXPECT_EQ(client.acks().last_rejected_channel, 5u);
   EXPECT_EQ(client.acks().last_rejected_seq, 3u);
+  const auto told = reports();
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].channel, 5u);
+  EXPECT_EQ(told[0].seq, 3u);
 }
 
 TEST_F(IngestTest, MailboxLeftHalfWrittenCountsAsStaleAndHurtsNoOther) {

@@ -75,6 +75,17 @@ TEST(UnmetStep, WhatComesAsideOrAgainstItsVelocityIsUnmet) {
   }
 }
 
+TEST(UnmetStep, OfAPlaneTheFirstMetreCounts) {
+  for (const double turn : {0.0019, 0.0021}) {
+    Unmet t;
+    const auto id = t.add(ShapeKind::kPlane, Vec3::Zero());
+    t.rest();
+    t.pose(id, {Vec3::Zero(), fromRotationVector({turn, 0, 0})});
+    t.scene->advance(kTick);
+    EXPECT_EQ(t.isUnmet(id), turn > 0.002) << turn;
+  }
+}
+
 /** Each by what the turn makes of it: far from the axis it comes far, on it no place of it comes to be elsewhere. */
 TEST(UnmetStep, AGroupsTurnBringsItsPartsByTheirLevers) {
   const double turn = 0.02;

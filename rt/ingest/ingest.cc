@@ -32,7 +32,14 @@ void Ingest::step(std::int64_t now_ns, std::uint64_t tick) HD_RT {
   for (const std::uint32_t most : {limits::kFairShare, config_.budget_per_session}) {
     for (std::uint32_t i = 0; i < kMaxSessions; ++i) take((first_ + i) % kMaxSessions, most, tick);
   }
-  first_ = (first_ + 1) % kMaxSessions;
+  // On past the first that took anything: each that wants is first in turn, whatever slots stand empty between them.
+  const auto took = [&](const Slot& slot) HD_RT { return slot.used && slot.budget_left < config_.budget_per_session; };
+  for (std::uint32_t i = 0; i < kMaxSessions; ++i) {
+    const std::uint32_t index = (first_ + i) % kMaxSessions;
+    if (!took(slots_[index])) continue;
+    first_ = (index + 1) % kMaxSessions;
+    break;
+  }
   for (std::uint32_t i = 0; i < kMaxSessions; ++i) {
     tellServo(i);
     report(i, now_ns);

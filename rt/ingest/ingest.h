@@ -123,7 +123,7 @@ class Ingest {
 
   IngestConfig config_;
   std::array<Slot, kMaxSessions> slots_;
-  std::uint32_t first_ = 0;  ///< Session that is served first; moves on each step.
+  std::uint32_t first_ = 0;  ///< Session that is served first; moves on past who was it.
   std::uint32_t room_ = 0;   ///< Commands the servo will still take.
   hd_slot copy_{};           ///< The one private copy.
   Command command_;

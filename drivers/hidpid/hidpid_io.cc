@@ -23,8 +23,8 @@ Result<void> HidPidIo::open(const std::atomic<bool>& stop) {
   axes_ = {};
   buttons_ = 0;  // What was held before it was unplugged is told again, or held no more.
   fallbacks_ = 0;
-  known_ = energised_ = fallen_ = saturated_ = safety_open_ = power_off_ = gone_ = false;
-  refusals_ = 0;
+  known_ = energised_ = told_on_ = fallen_ = saturated_ = safety_open_ = power_off_ = gone_ = false;
+  refusals_ = off_tries_ = 0;
   if (auto prepared = prepare(stop); !prepared) return prepared;
   last_words_ = {encoder_.control(Control::kStopAll), encoder_.control(Control::kDisable)};
   speak_.lend(&last_words_);
@@ -191,7 +191,8 @@ void HidPidIo::listen(std::span<const std::uint8_t> report) noexcept {
 
 void HidPidIo::drive(const DeviceCommand& command, std::int64_t now_ns) noexcept {
   endFallback();
-  if (!energised_) say(encoder_.control(Control::kEnable));
+  off_tries_ = 0;
+  if (!energised_) told_on_ = say(encoder_.control(Control::kEnable));
   energised_ = true;
   const double sign = setup_.parameters.invert ? -1 : 1;
   std::array<double, pid::kMostAxes> share = {sign * command.force.y() / setup_.parameters.max_force,
@@ -208,6 +209,7 @@ void HidPidIo::drive(const DeviceCommand& command, std::int64_t now_ns) noexcept
     const double wanted = !finite ? 0 : saturated_ ? share[i] / most : share[i];
     if (wanted != axis.told) tell(axis, wanted);
     if (!axis.started || now_ns - axis.started_ns >= kHold_ms * 500'000LL) {
+      if (!told_on_) told_on_ = say(encoder_.control(Control::kEnable));
       say(encoder_.start(axis.block));
       axis.started = true;
       axis.started_ns = now_ns;
@@ -225,8 +227,9 @@ void HidPidIo::rest(bool actuators_off) noexcept {
   }
   if (!actuators_off) return;
   endFallback();
-  if (energised_) say(encoder_.control(Control::kDisable));
+  if (energised_) off_tries_ = kOffTries;
   energised_ = false;
+  if (off_tries_ > 0) off_tries_ = say(encoder_.control(Control::kDisable)) ? 0 : off_tries_ - 1;
 }
 
 void HidPidIo::fallBack() noexcept {

@@ -25,7 +25,8 @@ class HidPidIo final : public DeviceIo {
  public:
   static constexpr std::int64_t kPeriod_ns = 1'000'000;
   static constexpr std::int32_t kHold_ms = 100, kFallback_ms = 200;
-  static constexpr int kMostLoadTries = 60;    ///< As the kernel's driver asks.
+  static constexpr int kMostLoadTries = 60;  ///< As the kernel's driver asks.
+  static constexpr int kOffTries = 3;
   static constexpr int kRefusalsInARow = 100;  ///< Reports that it does not take, until it counts as gone.
   /** One that refuses only after so long hangs, for the kernel waits five seconds: gone at once. */
   static constexpr std::int64_t kHang_ns = 1'000'000'000;
@@ -84,6 +85,8 @@ class HidPidIo final : public DeviceIo {
   Lent<const std::array<pid::Report, 2>*, nullptr> speak_;  ///< `last_words_`, once it may be spoken to.
   std::int64_t next_ns_ = 0;
   std::uint32_t buttons_ = 0;
+  int off_tries_ = 0;     ///< To tell it that they are off; not for ever, for some never take that.
+  bool told_on_ = false;  ///< It has taken that its actuators are on.
   bool known_ = false, energised_ = false, fallen_ = false, saturated_ = false;
   bool safety_open_ = false, power_off_ = false, gone_ = false;
   int refusals_ = 0;

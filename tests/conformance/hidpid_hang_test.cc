@@ -1,4 +1,5 @@
-// A device with force feedback whose firmware hangs: each report waits for the kernel's five seconds.
+// A device with force feedback that takes a report late, as one that hangs, for which the kernel waits five seconds, or
+// not at once.
 #include <gtest/gtest.h>
 
 #include "drivers/hidpid/hidpid_io.h"
@@ -21,9 +22,10 @@ struct HungStick {
     EXPECT_TRUE(device->open().ok());
     pushOn(20);
   }
-  void pushOn(int cycles) {
+  void pushOn(int cycles) { run(cycles, push(Vec3(0, 1, 0))); }
+  void run(int cycles, const DeviceCommand& command) {
     for (int i = 0; i < cycles; ++i) {
-      device->write(clock.now(), push(Vec3(0, 1, 0)));
+      device->write(clock.now(), command);
       device->pump(clock.now() + kMs);
       model.advance(clock.now());
     }
@@ -74,6 +76,31 @@ TEST(HidPidHang, AReportThatIsRefusedAtOnceIsTriedAgain) {
   stick.hang.now = false;
   stick.pushOn(90);
   EXPECT_NEAR(stick.model.force().y(), 1, 0.02);
+  DeviceSample sample;
+  stick.device->read(stick.clock.now(), sample);
+  EXPECT_EQ(sample.status & kDeviceGone, 0u);
+}
+
+TEST(HidPidRefusal, ThatItsActuatorsAreOnOrOffIsToldAgain) {
+  constexpr int kDeviceControl = 12;
+  HungStick stick;
+  ASSERT_TRUE(stick.model.actuatorsOn());
+  stick.model.refused = kDeviceControl;
+  stick.run(1, {});
+  ASSERT_TRUE(stick.model.actuatorsOn());
+  stick.model.refused = 0;
+  stick.run(2, {});
+  EXPECT_FALSE(stick.model.actuatorsOn());
+  stick.model.refused = kDeviceControl;
+  stick.pushOn(3);
+  stick.model.refused = 0;
+  ASSERT_FALSE(stick.model.actuatorsOn());
+  stick.pushOn(100);
+  EXPECT_NEAR(stick.model.force().y(), 1, 0.02) << "armed, and nothing felt";
+  // One that never takes it, whose actuators have no switch, is not gone for that.
+  stick.model.refused = kDeviceControl;
+  stick.run(2000, {});
+  stick.pushOn(2000);
   DeviceSample sample;
   stick.device->read(stick.clock.now(), sample);
   EXPECT_EQ(sample.status & kDeviceGone, 0u);

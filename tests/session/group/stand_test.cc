@@ -192,6 +192,14 @@ TEST_F(Stand, AServoThatDoesNotComeBackIsNotWaitedForAgain) {
   EXPECT_EQ(stand([](Servo&) {}), ErrorCode::kOk);
 }
 
+TEST_F(Stand, OneThatHasBeenGoneForLongIsNotWaitedForAtAll) {
+  detain();
+  const std::int64_t until_ns = clock.now() + 1200 * kMs;
+  while (clock.now() < until_ns) ::usleep(1000);
+  EXPECT_EQ(stand([](Servo&) { FAIL(); }), ErrorCode::kTimeout);
+  EXPECT_EQ(clock.looks, 0);
+}
+
 class StandInTheFirstCycle : public Stand {
  protected:
   StandInTheFirstCycle() : Stand(true) {}

@@ -6,6 +6,7 @@ import sys
 import unittest
 import unittest.mock
 
+import hapticclient.client
 import hapticclient as haptic
 import numpy as np
 
@@ -70,6 +71,20 @@ class VolumeFile(OwnDaemonCase):
                 scene.upload(CORNERS, FACES, voxel_m=0.0001, progress=progress)  # For seconds.
         self.assertEqual(scene.meshes(), [])
         self.assertIs(sys.unraisablehook, hook)
+
+    def test_nor_does_one_that_comes_when_it_is_built_leave_the_mesh_behind(self):
+        self.start()
+        library = hapticclient.client._lib  # pylint: disable=protected-access
+        close = library.haptic_upload_close
+
+        def interrupted(upload):
+            close(upload)
+            raise KeyboardInterrupt  # Python's own handler does so wherever it is heard.
+
+        with unittest.mock.patch.object(library, "haptic_upload_close", interrupted):
+            with self.assertRaises(KeyboardInterrupt):
+                self.client.scene.upload(CORNERS, FACES)
+        self.assertEqual(self.client.scene.meshes(), [])
 
     def test_is_refused_where_none_are_kept(self):
         with unittest.mock.patch.dict(os.environ, HAPTICD_CONFIG="/none"):  # Who runs this may have a configuration.

@@ -210,24 +210,30 @@ class Scene:
         upload = ctypes.c_void_p()
         call(_lib.haptic_upload_begin, self._handle, len(points), len(corners),
              (2 if deformable else 0) | (4 if volume else 0) | (8 if fill_holes else 0), ctypes.byref(upload))
+        made: Optional[MeshReport] = None
         try:
-            ctypes.memmove(_lib.haptic_upload_vertices(upload), points.ctypes.data, points.nbytes)
-            ctypes.memmove(_lib.haptic_upload_triangles(upload), corners.ctypes.data, corners.nbytes)
-            call(_lib.haptic_upload_weld, upload, weld_m)
-            if volume:
-                call(_lib.haptic_upload_volume, upload, voxel_m, point_spacing_m)
-            with _hearing(report, raised), _Reply(_abi.MeshReport, _lib.haptic_upload_commit, upload, _abi.Progress(report),
-                                                  None, 0) as reply:
-                made = mesh_report(reply)
-        except HapticError:
+            try:
+                ctypes.memmove(_lib.haptic_upload_vertices(upload), points.ctypes.data, points.nbytes)
+                ctypes.memmove(_lib.haptic_upload_triangles(upload), corners.ctypes.data, corners.nbytes)
+                call(_lib.haptic_upload_weld, upload, weld_m)
+                if volume:
+                    call(_lib.haptic_upload_volume, upload, voxel_m, point_spacing_m)
+                with _hearing(report, raised), _Reply(_abi.MeshReport, _lib.haptic_upload_commit, upload,
+                                                      _abi.Progress(report), None, 0) as reply:
+                    made = mesh_report(reply)
+            except HapticError:
+                if raised:
+                    raise raised[0] from None
+                raise
+            finally:
+                _lib.haptic_upload_close(upload)
             if raised:
-                raise raised[0] from None
+                raise raised[0]
+        except BaseException:
+            if made is not None:  # It was built before this was heard, and nobody will hear its number.
+                with contextlib.suppress(HapticError):
+                    self.drop_mesh(made.id)
             raise
-        finally:
-            _lib.haptic_upload_close(upload)
-        if raised:  # It was built before this was heard.
-            self.drop_mesh(made.id)
-            raise raised[0]
         return made
 
     def meshes(self) -> _List[MeshReport]:

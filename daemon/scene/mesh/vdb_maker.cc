@@ -16,6 +16,7 @@
 
 #include "daemon/leash/spawn.h"
 #include "daemon/log/log.h"
+#include "daemon/scene/mesh/sync_in_parts.h"
 
 namespace hapticd {
 
@@ -60,6 +61,11 @@ bool VdbMaker::waits(const std::string& vdb) {
   return isWaiting(vdb);
 }
 
+bool VdbMaker::isStopping() {
+  const std::lock_guard lock(mutex_);
+  return stopping_;
+}
+
 void VdbMaker::wait() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return jobs_.empty(); });
@@ -99,7 +105,11 @@ bool VdbMaker::make(const Job& job) {
   const int fds[] = {from.get(), to.get()};
   const auto pid = spawnProgram(options_.program, {std::to_string(options_.memory_bytes)}, fds);
   std::optional<std::string> why = pid ? await(*pid) : toString(pid.error());
-  if (why && why->empty() && ::fsync(to.get()) != 0) why = systemError(unfinished, "fsync", errno).what;
+  if (why && why->empty() && !syncInParts(to.get(), [this] { return !isStopping(); })) {
+    const int number = errno;
+    why.reset();  // The daemon ends.
+    if (number != ECANCELED) why = systemError(unfinished, "fsync", number).what;
+  }
   if (why && why->empty() && std::rename(unfinished.c_str(), job.vdb.c_str()) == 0) return true;
   ::unlink(unfinished.c_str());
   if (why) log::warn("no OpenVDB file beside a cached volume: {}: {}", job.vdb, why->empty() ? "rename" : *why);

@@ -51,6 +51,7 @@ class VdbMaker {
   struct Job {
     std::string cached, vdb;
   };
+  [[nodiscard]] bool isStopping();
   [[nodiscard]] bool isWaiting(const std::string& vdb) const;  ///< Under the lock.
   void work();
   /** False if it could not be made. */

@@ -1,0 +1,31 @@
+/** @file
+ * What is written onto a slow disk by a thread that is to end.
+ */
+#pragma once
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+
+namespace hapticd {
+
+/** As fsync(), which hears nothing until the end; false and ECANCELED where `go_on` says no before a part of 4 MB. */
+template <class GoOn>
+[[nodiscard]] bool syncInParts(int fd, GoOn go_on) {
+  constexpr off_t kPart_bytes = 4 * 1024 * 1024;
+  constexpr unsigned kAll = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
+  struct stat file {};
+  if (::fstat(fd, &file) != 0) return false;
+  for (off_t at = 0; at < file.st_size; at += kPart_bytes) {
+    if (!go_on()) {
+      errno = ECANCELED;
+      return false;
+    }
+    (void)::sync_file_range(fd, at, kPart_bytes, kAll);
+  }
+  return ::fsync(fd) == 0;
+}
+
+}  // namespace hapticd

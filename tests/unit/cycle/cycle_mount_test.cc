@@ -276,5 +276,31 @@ TEST_F(CycleMount, ARecordingBeginsWithIt) {
   EXPECT_EQ(again->mount(0).pose().q.coeffs(), cycle->mount(0).pose().q.coeffs());
 }
 
+/** The daemon goes on with it too: else what a program that hangs has asked for came back. */
+TEST_F(CycleMount, NorDoesAProgramThatIsLostComeBackWhereARecordingBegins) {
+  put(CommandKind::kAddSession, SessionRef{0, 0, 1});
+  hd_client_force push{};
+  push.lease_ns = 10'000'000'000;
+  push.force[0] = 1;
+  put(CommandKind::kClientForce, push, 0);
+  for (int i = 0; i < 10; ++i) step();
+  ASSERT_EQ(output->device[0].guard.by_source[HD_SOURCE_CLIENT].x(), 1);
+  put(CommandKind::kLoseSession, SessionRef{0, 0, 1});
+  for (int i = 0; i < 100; ++i) step();
+  ASSERT_TRUE(output->device[0].guard.by_source[HD_SOURCE_CLIENT].isZero(0));
+  CycleStart start;
+  start.config = cycle->config();
+  start.now_ns = input->now_ns;
+  restate(*cycle, input->now_ns, start.orders);
+  const auto again = makeCycle(start, meshes);
+  EXPECT_EQ(again->session(0).life(), SessionShare::Life::kLost);
+  const auto there = std::make_unique<CycleOutput>();
+  for (int i = 0; i < 100; ++i) {
+    step();
+    again->step(*input, *there);
+    ASSERT_TRUE(there->device[0].guard.by_source[HD_SOURCE_CLIENT].isZero(0)) << i;
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -276,6 +276,18 @@ TEST_F(CycleMount, ARecordingBeginsWithIt) {
   EXPECT_EQ(again->mount(0).pose().q.coeffs(), cycle->mount(0).pose().q.coeffs());
 }
 
+/** As a device's other orders (whoRestates()). */
+TEST_F(CycleMount, ARecordingBeginsWithTheSpringOfAGrip) {
+  put(CommandKind::kSetGrip, SetGrip{0, 0, 5, 0.2});
+  step();
+  CycleStart start;
+  start.config = cycle->config();
+  restate(*cycle, input->now_ns, start.orders);
+  const auto again = makeCycle(start, meshes);
+  EXPECT_EQ(again->grip(0).stiffness, 5);
+  EXPECT_EQ(again->grip(0).width, 0.2);
+}
+
 /** The daemon goes on with it too: else what a program that hangs has asked for came back. */
 TEST_F(CycleMount, NorDoesAProgramThatIsLostComeBackWhereARecordingBegins) {
   put(CommandKind::kAddSession, SessionRef{0, 0, 1});

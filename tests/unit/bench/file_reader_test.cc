@@ -128,6 +128,19 @@ TEST(TrajectoryFiles, WhatADeviceThatIsOffWasSentIsNotJudged) {
   EXPECT_TRUE(parse("t,x,y,z,fx,fy,fz,flags\n0,0,0,-0.001,0,0,1,3\n").samples[0].judged) << "flags of somebody else";
 }
 
+TEST(TrajectoryFiles, WhySamplesAreNotJudgedIsTold) {
+  const auto told = [](const std::string& text) {
+    Trajectory in = parse(text);
+    testing::internal::CaptureStderr();
+    countJudged(in);
+    return testing::internal::GetCapturedStderr();
+  };
+  const std::string off = told("t,x,y,z,fx,fy,fz,judged\n0,0,0,-0.001,0,0,0,0\n0.001,0,0,-0.001,0,0,1,0\n");
+  EXPECT_NE(off.find("0 of 2 samples are judged, as its column judged says\n"), std::string::npos) << off;
+  const std::string resting = told("t,x,y,z,fx,fy,fz,armed\n0,0,0,-0.001,0,0,0,0\n0.001,0,0,-0.001,0,0,1,0\n");
+  EXPECT_NE(resting.find("in which the device was armed and its ramp over (arm it"), std::string::npos) << resting;
+}
+
 TEST(TrajectoryFiles, TrajWithNamedColumnsIsPressedIn) {
   const FileOptions options{"-,t,x,y,z,fn_mN", true, 0, 0};
   const Trajectory in = parse("9 0.0 0.01 0 0 500\n9  0.1\t0.02 0 0 -3\n", options);

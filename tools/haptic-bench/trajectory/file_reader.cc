@@ -47,6 +47,8 @@ class JudgedRows {
                          (ramping_ && ramping_[row] != 0);
     return !armed_ || (armed_[row] != 0 && !ramping);
   }
+  /** The file says itself which. */
+  [[nodiscard]] bool told() const { return static_cast<bool>(judged_); }
 
  private:
   Table::Column judged_, armed_, flags_, ramping_;
@@ -115,6 +117,7 @@ Trajectory readColumns(Table table, const FileOptions& options, const Model& mod
   if (options.out) {
     Trajectory pressed = readOut(table, t_s, p, model, surface);
     for (std::size_t i = 0; i < table.rows(); ++i) pressed.samples[i].judged &= judged[i];
+    pressed.own_judgement = judged.told();
     pressed.start = outside(pressed.start, model, surface.radius);
     return pressed;
   }
@@ -122,6 +125,7 @@ Trajectory readColumns(Table table, const FileOptions& options, const Model& mod
   Trajectory in;
   in.proxy_known = static_cast<bool>(proxy);
   in.force_known = static_cast<bool>(force);
+  in.own_judgement = judged.told();
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (force) checkForce(table, i, force[i]);
     in.samples.push_back(

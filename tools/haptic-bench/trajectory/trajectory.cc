@@ -25,9 +25,12 @@ void countJudged(Trajectory& trajectory) {
   if (judged == all.size()) return;
   if (judged == 0) trajectory.force_known = trajectory.proxy_known = false;
   std::string why = trajectory.unfit > 0 ? fmt::format("; at {} the ball does not fit", trajectory.unfit) : "";
-  if (judged + trajectory.unfit < all.size()) why = ", in which the device was armed and its ramp over" + why;
+  const bool session = !trajectory.own_judgement;
+  if (judged + trajectory.unfit < all.size()) {
+    why = (session ? ", in which the device was armed and its ramp over" : ", as its column judged says") + why;
+  }
   fmt::print(stderr, "haptic-bench: {}: {} of {} samples are judged{}{}\n", trajectory.name, judged, all.size(), why,
-             judged == 0 ? " (arm it once the recording runs)" : "");
+             session && judged == 0 ? " (arm it once the recording runs)" : "");
 }
 
 Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface) {

@@ -31,8 +31,9 @@ struct Trajectory {
   std::vector<Sample> samples;
   bool proxy_known = false;
   bool force_known = false;
-  std::size_t unfit = 0;      ///< Samples that are not judged because a ball does not fit there.
-  Vec3 start = Vec3::Zero();  ///< In free space, from where the hand comes to the first sample [m].
+  std::size_t unfit = 0;       ///< Samples that are not judged because a ball does not fit there.
+  bool own_judgement = false;  ///< Which are judged its file says itself; else whether the device was armed.
+  Vec3 start = Vec3::Zero();   ///< In free space, from where the hand comes to the first sample [m].
 
   [[nodiscard]] double duration_s() const { return samples.back().t_s - samples.front().t_s; }
   /** The middle one of the steps of time. */

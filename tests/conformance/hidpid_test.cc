@@ -103,7 +103,7 @@ TEST(HidPid, TheForceIsTheOneCommanded) {
 TEST(HidPid, SaturationKeepsTheDirectionAndIsTold) {
   Stick stick;
   stick.hold(Vec3::Zero());
-  for (const double newtons : {10.0, 1e5, 1e300}) {
+  for (const double newtons : {4.1, 6.0, 10.0, 1e5, 1e300}) {
     stick.run(10, push(newtons * Vec3(0.5, -1, 0)));
     EXPECT_NEAR((stick.model.force() - Vec3(2, -4, 0)).norm(), 0, 0.02);
     EXPECT_NE(stick.sample.status & kDeviceSaturated, 0u);

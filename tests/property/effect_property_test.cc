@@ -155,7 +155,7 @@ TEST(EffectProperty, WhateverIsOrderedTheForceIsBoundedAndDoesNotJump) {
     std::vector<std::uint32_t> objects;
     for (int i = 0; i < 3; ++i) objects.push_back(anyObject(random, t));
     const Vec3 p = random.vector(0.05);
-    Vec3 before = t.feel(p);  // The first step has all of its force at once.
+    Vec3 before = t.feel(p);        // The first step has all of its force at once.
     const double most = 3 * 4 + 4;  // Of each object 4 N; one of them may guide and damp.
     for (int i = 0; i < 3000; ++i) {
       if (random.once(5)) {

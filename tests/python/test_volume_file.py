@@ -75,16 +75,17 @@ class VolumeFile(OwnDaemonCase):
     def test_nor_does_one_that_comes_when_it_is_built_leave_the_mesh_behind(self):
         self.start()
         library = hapticclient.client._lib  # pylint: disable=protected-access
-        close = library.haptic_upload_close
+        for name in ("haptic_upload_commit", "haptic_upload_close"):
+            function = getattr(library, name)
 
-        def interrupted(upload):
-            close(upload)
-            raise KeyboardInterrupt  # Python's own handler does so wherever it is heard.
+            def interrupted(*arguments, function=function):
+                function(*arguments)
+                raise KeyboardInterrupt  # Python's own handler does so as the library returns, and anywhere after.
 
-        with unittest.mock.patch.object(library, "haptic_upload_close", interrupted):
-            with self.assertRaises(KeyboardInterrupt):
-                self.client.scene.upload(CORNERS, FACES)
-        self.assertEqual(self.client.scene.meshes(), [])
+            with unittest.mock.patch.object(library, name, interrupted):
+                with self.assertRaises(KeyboardInterrupt):
+                    self.client.scene.upload(CORNERS, FACES)
+            self.assertEqual(self.client.scene.meshes(), [], name)
 
     def test_is_refused_where_none_are_kept(self):
         with unittest.mock.patch.dict(os.environ, HAPTICD_CONFIG="/none"):  # Who runs this may have a configuration.

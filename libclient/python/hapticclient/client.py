@@ -210,7 +210,7 @@ class Scene:
         upload = ctypes.c_void_p()
         call(_lib.haptic_upload_begin, self._handle, len(points), len(corners),
              (2 if deformable else 0) | (4 if volume else 0) | (8 if fill_holes else 0), ctypes.byref(upload))
-        made: Optional[MeshReport] = None
+        built = ctypes.c_void_p()  # The report, though a signal's handler raises before it is read.
         try:
             try:
                 ctypes.memmove(_lib.haptic_upload_vertices(upload), points.ctypes.data, points.nbytes)
@@ -218,9 +218,8 @@ class Scene:
                 call(_lib.haptic_upload_weld, upload, weld_m)
                 if volume:
                     call(_lib.haptic_upload_volume, upload, voxel_m, point_spacing_m)
-                with _hearing(report, raised), _Reply(_abi.MeshReport, _lib.haptic_upload_commit, upload,
-                                                      _abi.Progress(report), None, 0) as reply:
-                    made = mesh_report(reply)
+                with _hearing(report, raised):
+                    call(_lib.haptic_upload_commit, upload, _abi.Progress(report), None, 0, ctypes.byref(built))
             except HapticError:
                 if raised:
                     raise raised[0] from None
@@ -229,12 +228,14 @@ class Scene:
                 _lib.haptic_upload_close(upload)
             if raised:
                 raise raised[0]
+            return mesh_report(_abi.MeshReport.from_address(built.value))
         except BaseException:
-            if made is not None:  # It was built before this was heard, and nobody will hear its number.
+            if built.value is not None:  # Nobody will hear its number.
                 with contextlib.suppress(HapticError):
-                    self.drop_mesh(made.id)
+                    self.drop_mesh(_abi.MeshReport.from_address(built.value).id)
             raise
-        return made
+        finally:
+            _lib.haptic_free(built)
 
     def meshes(self) -> _List[MeshReport]:
         """All meshes, whoever uploaded them."""

@@ -11,11 +11,19 @@
 
 namespace hapticd {
 
+/**
+ * A part of what was written, onto the disk; false and errno if that cannot be. What went wrong is told here, and by
+ * fsync() no more. Of what has no disk, a pipe, or no such call it is left to that.
+ */
+[[nodiscard]] inline bool putOntoDisk(int fd, off_t at, off_t bytes) {
+  constexpr unsigned kAll = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
+  return ::sync_file_range(fd, at, bytes, kAll) == 0 || (errno != EIO && errno != ENOSPC && errno != EDQUOT);
+}
+
 /** As fsync(), which hears nothing until the end; false and ECANCELED where `go_on` says no before a part of 4 MB. */
 template <class GoOn>
 [[nodiscard]] bool syncInParts(int fd, GoOn go_on) {
   constexpr off_t kPart_bytes = 4 * 1024 * 1024;
-  constexpr unsigned kAll = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
   struct stat file {};
   if (::fstat(fd, &file) != 0) return false;
   for (off_t at = 0; at < file.st_size; at += kPart_bytes) {
@@ -23,7 +31,7 @@ template <class GoOn>
       errno = ECANCELED;
       return false;
     }
-    (void)::sync_file_range(fd, at, kPart_bytes, kAll);
+    if (!putOntoDisk(fd, at, kPart_bytes)) return false;
   }
   return ::fsync(fd) == 0;
 }

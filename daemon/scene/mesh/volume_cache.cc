@@ -18,6 +18,7 @@
 
 #include "daemon/ipc/memfd.h"
 #include "daemon/log/log.h"
+#include "daemon/scene/mesh/sync_in_parts.h"
 #include "rt/base/clock.h"
 #include "rt/scene/snapshot_checksum.h"
 
@@ -26,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/** By parts, as long as `go_on` says so: else ECANCELED. `part_done` after each. */
+/** By parts, as long as `go_on` says so: else ECANCELED. After each as long as `part_done` is well, with its errno. */
 template <class GoOn, class PartDone>
 bool copy(int from, int to, std::uint64_t bytes, GoOn go_on, PartDone part_done) {
   while (bytes > 0) {
@@ -35,8 +36,7 @@ bool copy(int from, int to, std::uint64_t bytes, GoOn go_on, PartDone part_done)
       return false;
     }
     const ssize_t n = ::sendfile(to, from, nullptr, std::min(bytes, VolumeCache::kPart_bytes));
-    if (n <= 0) return false;
-    part_done();
+    if (n <= 0 || !part_done()) return false;
     bytes -= static_cast<std::uint64_t>(n);
   }
   return true;
@@ -46,7 +46,7 @@ bool copy(int from, int to, std::uint64_t bytes, GoOn go_on, PartDone part_done)
 template <class GoOn>
 UniqueFd readPart(int file, std::uint64_t bytes, const char* name, GoOn go_on) {
   auto memfd = Memfd::create(name, bytes);
-  if (!memfd || !copy(file, memfd->fd(), bytes, go_on, [] {}) || !memfd->seal(Seals::kFrozen)) return {};
+  if (!memfd || !copy(file, memfd->fd(), bytes, go_on, [] { return true; }) || !memfd->seal(Seals::kFrozen)) return {};
   auto fd = memfd->share();
   return fd ? std::move(*fd) : UniqueFd();
 }
@@ -89,8 +89,7 @@ Result<void> writeFile(const std::string& path, int snapshot, int volume, const 
   };
   const auto whole_copy = [&](int from, std::uint64_t bytes) {
     // Onto the disk part by part: fsync() of all of it would hear nothing until the end.
-    constexpr unsigned kAll = SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE | SYNC_FILE_RANGE_WAIT_AFTER;
-    return copy(from, file.get(), bytes, go_on, [&] { (void)::sync_file_range(file.get(), 0, 0, kAll); });
+    return copy(from, file.get(), bytes, go_on, [&] { return putOntoDisk(file.get(), 0, 0); });
   };
   // Descriptors of one memfd share their offset, so rewind: somebody else may have read it.
   if (::lseek(snapshot, 0, SEEK_SET) != 0 || ::lseek(volume, 0, SEEK_SET) != 0) return failed("lseek", "");

@@ -52,6 +52,11 @@ bool isSame(const HidFound& was, const HidFound& now) {
   return was.manufacturer == now.manufacturer && was.name == now.name && was.socket == now.socket;
 }
 
+/** What programs bring, as that of Bluetooth does, all has one. */
+bool isPlaceOfOne(const std::string& socket) {
+  return !socket.empty() && socket.find("/devices/virtual/") == std::string::npos;
+}
+
 }  // namespace
 
 std::mutex& hidapiLock() {
@@ -95,9 +100,12 @@ Result<HidFound> choose(const std::vector<HidFound>& found, const HidWanted& wan
     const bool meant =
         (wanted.path.empty() || wanted.path == one.path) && (wanted.serial.empty() || wanted.serial == one.serial);
     const bool same = !wanted.same || isSame(*wanted.same, one);
-    const bool in_place = wanted.same && !one.socket.empty() && one.socket == wanted.same->socket;
+    const bool in_place = wanted.same && isPlaceOfOne(one.socket) && one.socket == wanted.same->socket;
     const auto fit = !same ? kNone : meant ? (in_place ? kBoth : kNamed) : in_place ? kInPlace : kNone;
-    if (fit > best) best = fit, chosen = &one;
+    if (fit > best) {
+      best = fit;
+      chosen = &one;
+    }
     another = another || meant;
     there += fmt::format("{}{} ({})", there.empty() ? "" : ", ", one.path, one.serial);
   }

@@ -134,9 +134,11 @@ TEST(HidNames, OneThatWasNamedByItsNodeIsFoundInItsSocketUnderAnother) {
     elsewhere.path = "/dev/hidraw7";
     elsewhere.socket = "/sys/1-3:1.0";
     EXPECT_FALSE(choose({elsewhere}, wanted).ok()) << "neither its node nor its socket";
-    // Where all have one, as by radio, the node tells them apart.
-    left.socket = right.socket;
-    EXPECT_EQ(choose({left, right}, wanted)->path, right.path);
+    // Where all have one, as by radio, the node tells them apart, and nothing else does.
+    left.socket = right.socket = "/sys/devices/virtual/misc/uhid";
+    const HidWanted by_radio{{}, right.path, "", "a joystick", right};
+    EXPECT_EQ(choose({left, right}, by_radio)->path, right.path);
+    EXPECT_FALSE(choose({left}, by_radio).ok());
   }
 }
 

@@ -48,8 +48,8 @@ int failStart(Error error, int other_code) {
 /** As those read it who were not started where we were. */
 std::string fromAnywhere(const std::string& file) {
   std::error_code unknown;  // Where we were started may be there no more.
-  const auto whole = file.empty() ? std::filesystem::path() : std::filesystem::absolute(file, unknown);
-  return unknown ? file : whole.lexically_normal().string();
+  const auto whole = file.empty() ? std::filesystem::path() : std::filesystem::canonical(file, unknown);
+  return unknown ? file : whole.string();
 }
 
 std::uint64_t drawEpoch() {

@@ -32,17 +32,26 @@ void Ingest::step(std::int64_t now_ns, std::uint64_t tick) HD_RT {
   for (const std::uint32_t most : {limits::kFairShare, config_.budget_per_session}) {
     for (std::uint32_t i = 0; i < kMaxSessions; ++i) take((first_ + i) % kMaxSessions, most, tick);
   }
-  // On past the first that took anything: each that wants is first in turn, whatever slots stand empty between them.
-  const auto took = [&](const Slot& slot) HD_RT { return slot.used && slot.budget_left < config_.budget_per_session; };
-  for (std::uint32_t i = 0; i < kMaxSessions; ++i) {
-    const std::uint32_t index = (first_ + i) % kMaxSessions;
-    if (!took(slots_[index])) continue;
-    first_ = (index + 1) % kMaxSessions;
-    break;
-  }
+  passTurnOn();
   for (std::uint32_t i = 0; i < kMaxSessions; ++i) {
     tellServo(i);
     report(i, now_ns);
+  }
+}
+
+/**
+ * On past the first that had more than its share: each that wants more is first in turn, whatever stands empty, idle or
+ * content between them. Where none had, for others than clients have left no room, past the first that had anything.
+ */
+void Ingest::passTurnOn() HD_RT {
+  for (const std::uint32_t more : {limits::kFairShare, 0u}) {
+    for (std::uint32_t i = 0; i < kMaxSessions; ++i) {
+      const std::uint32_t index = (first_ + i) % kMaxSessions;
+      const Slot& slot = slots_[index];
+      if (!slot.used || config_.budget_per_session - slot.budget_left <= more) continue;
+      first_ = (index + 1) % kMaxSessions;
+      return;
+    }
   }
 }
 

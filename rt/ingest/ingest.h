@@ -106,6 +106,7 @@ class Ingest {
     IngestReport rejection;
   };
 
+  void passTurnOn() HD_RT;
   void takeOrders(std::int64_t now_ns) HD_RT;
   void watchHeartbeat(Slot& slot, std::int64_t now_ns) HD_RT;
   void take(std::uint32_t index, std::uint32_t most, std::uint64_t tick) HD_RT;
@@ -123,7 +124,7 @@ class Ingest {
 
   IngestConfig config_;
   std::array<Slot, kMaxSessions> slots_;
-  std::uint32_t first_ = 0;  ///< Session that is served first; moves on past who was it.
+  std::uint32_t first_ = 0;  ///< Session that is served first; moves on past who had more than its share.
   std::uint32_t room_ = 0;   ///< Commands the servo will still take.
   hd_slot copy_{};           ///< The one private copy.
   Command command_;

@@ -8,8 +8,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 
 namespace hapticd {
+
+inline constexpr std::int64_t kDiskPart_bytes = 4 * 1024 * 1024;  ///< On the disk before the next is begun.
 
 /**
  * A part of what was written, onto the disk; false and errno if that cannot be. What went wrong is told here, and by
@@ -20,18 +23,17 @@ namespace hapticd {
   return ::sync_file_range(fd, at, bytes, kAll) == 0 || (errno != EIO && errno != ENOSPC && errno != EDQUOT);
 }
 
-/** As fsync(), which hears nothing until the end; false and ECANCELED where `go_on` says no before a part of 4 MB. */
+/** As fsync(), which hears nothing until the end; false and ECANCELED where `go_on` says no before a part. */
 template <class GoOn>
 [[nodiscard]] bool syncInParts(int fd, GoOn go_on) {
-  constexpr off_t kPart_bytes = 4 * 1024 * 1024;
   struct stat file {};
   if (::fstat(fd, &file) != 0) return false;
-  for (off_t at = 0; at < file.st_size; at += kPart_bytes) {
+  for (off_t at = 0; at < file.st_size; at += kDiskPart_bytes) {
     if (!go_on()) {
       errno = ECANCELED;
       return false;
     }
-    if (!putOntoDisk(fd, at, kPart_bytes)) return false;
+    if (!putOntoDisk(fd, at, kDiskPart_bytes)) return false;
   }
   return ::fsync(fd) == 0;
 }

@@ -35,7 +35,7 @@ bool copy(int from, int to, std::uint64_t bytes, GoOn go_on, PartDone part_done)
       errno = ECANCELED;
       return false;
     }
-    const ssize_t n = ::sendfile(to, from, nullptr, std::min(bytes, VolumeCache::kPart_bytes));
+    const ssize_t n = ::sendfile(to, from, nullptr, std::min<std::uint64_t>(bytes, kDiskPart_bytes));
     if (n <= 0 || !part_done()) return false;
     bytes -= static_cast<std::uint64_t>(n);
   }

@@ -42,9 +42,8 @@ struct CachedVolume {
  */
 class VolumeCache {
  public:
-  static constexpr std::size_t kMostVolumes = 1000;              ///< list() looks at each.
-  static constexpr std::int64_t kStop_ns = 1'000'000'000;        ///< Of the five seconds that systemd gives the daemon.
-  static constexpr std::uint64_t kPart_bytes = 4 * 1024 * 1024;  ///< On the disk before the next is begun.
+  static constexpr std::size_t kMostVolumes = 1000;        ///< list() looks at each.
+  static constexpr std::int64_t kStop_ns = 1'000'000'000;  ///< Of the five seconds that systemd gives the daemon.
 
   /**
    * Beyond `most_bytes`, or kMostVolumes, those longest unused go with what is beside them; one that is larger is not

@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "daemon/ipc/volume_memory.h"
+#include "daemon/scene/mesh/sync_in_parts.h"
 #include "daemon/scene/upload/uploads.h"
 #include "tests/support/eventually.h"
 #include "tests/support/process/no_descriptors.h"
@@ -398,7 +399,7 @@ TEST_F(Cache, whatIsBeingWrittenAsTheDaemonEndsHearsItWithinAPart) {
   disk.read(read.data(), kRead);
   cache.stop(0);
   disk.ignore(std::numeric_limits<std::streamsize>::max());  // To its end.
-  EXPECT_LT(static_cast<std::size_t>(disk.gcount()), 2 * VolumeCache::kPart_bytes) << "of " << kBytes;
+  EXPECT_LT(disk.gcount(), 2 * kDiskPart_bytes) << "of " << kBytes;
   cache.wait();
   EXPECT_TRUE(fs::is_empty(directory_.path())) << "nothing half written is left";
   EXPECT_FALSE(cache.trouble().has_value());

@@ -303,7 +303,8 @@ int start(const Options& options) {
   raiseLimits();
   installLastResort();
   const auto endings = captureEndings();
-  auto io = kj::setupAsyncIo();
+  // Never destroyed: what was under way when its client was cut off lives in the loop, and asks the Core as it goes.
+  static kj::AsyncIoContext& io = *new kj::AsyncIoContext(kj::setupAsyncIo());
   log::info("hapticd {}, configuration: {}", kVersion, options.loaded.file.empty() ? "built in" : options.loaded.file);
   if (const auto folders = checkFolders(options.loaded); !folders)
     log::warn("{}", log::printable(toString(folders.error())));

@@ -38,6 +38,16 @@ std::string programOfDaemon() {
   return other != nullptr ? other : HAPTICD_PROGRAM;
 }
 
+/** Ends it; what was wrong with that. */
+std::string stopped(DaemonFixture& daemon) {
+  const int code = daemon.terminate();
+  const std::string log = daemon.log();
+  if (log.find("Sanitizer") != std::string::npos) return "a sanitizer speaks in its log\n";
+  // A machine too busy to run a servo within 0.3 s: the daemon ends without it, and says so.
+  if (code == 0 || log.find("does not come back") != std::string::npos) return {};
+  return fmt::format("it ends with {} when it is stopped\n", code);
+}
+
 class Mix {
  public:
   Mix(std::uint32_t seed, bool daemon_dies) : random_(seed), daemon_dies_(daemon_dies) {}
@@ -51,7 +61,11 @@ class Mix {
       tease(*std::next(clients_.begin(), random_.below(static_cast<std::ptrdiff_t>(clients_.size()))));
       reap(false);
       if (daemon_dies_ && random_.once(40)) {
-        daemon_.kill();
+        if (random_.once(2)) {
+          daemon_.kill();
+        } else {
+          said_ += stopped(daemon_);
+        }
         (void)daemon_.start();
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(random_.below(80)));
@@ -167,18 +181,14 @@ void expectNothingStays(bool daemon_dies) {
     ASSERT_TRUE(daemon.running()) << daemon.log();
     std::string after;
     EXPECT_TRUE(eventually([&] { return (after = tidied(daemon)) == before; })) << after << "\nbefore: " << before;
-    const int code = daemon.terminate();
-    const std::string log = daemon.log();
-    // A machine too busy to run a servo within 0.3 s: the daemon ends without it, and says so.
-    EXPECT_TRUE(code == 0 || log.find("does not come back") != std::string::npos) << code;
-    EXPECT_EQ(log.find("Sanitizer"), std::string::npos);
+    EXPECT_EQ(stopped(daemon), "");
     if (testing::Test::HasFailure()) std::fputs(daemon.log().c_str(), stderr);
   });
 }
 
 TEST(Mix, OfWhateverClientsDoAllAtOnceNothingStays) { expectNothingStays(false); }
 
-TEST(Mix, NorWhereTheDaemonIsKilledAndStartedAgain) { expectNothingStays(true); }
+TEST(Mix, NorWhereTheDaemonIsKilledOrStoppedAndStartedAgain) { expectNothingStays(true); }
 
 }  // namespace
 }  // namespace hapticd::test

@@ -30,9 +30,9 @@ def main():
         different = compare(first, spoilt, "--hashes")
     if same.returncode != 0:
         sys.exit("two runs differ:\n" + same.stdout + same.stderr)
-    for what, found in (("than", worse), ("where this is not, than here", better)):
+    for what, found in (("worse", worse), ("better", better)):
         if found.returncode != 0:
-            sys.exit(f"worse {what} on another machine:\n" + found.stdout + found.stderr)
+            sys.exit(f"{what} than on another machine:\n" + found.stdout + found.stderr)
     if different.returncode != 1 or "worse" not in different.stdout:
         sys.exit("a changed hash was not named:\n" + different.stdout + different.stderr)
 

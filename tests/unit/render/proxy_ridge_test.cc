@@ -3,6 +3,7 @@
  */
 #include <gtest/gtest.h>
 
+#include "rt/render/surface/shading.h"
 #include "tests/support/random.h"
 #include "tests/support/shape/brute_nearest.h"
 #include "tests/support/shape/test_mesh.h"
@@ -92,17 +93,24 @@ struct Scores {
   double rising = 0;                               ///< Largest error of ours on the rising flank [N].
 };
 
-Scores stroke(double angle, std::uint32_t cells) {
+/** Edges that bend by less than `smooth` are shaded round [rad]. */
+Scores stroke(double angle, std::uint32_t cells, double smooth = 0) {
   TestMesh mesh = ridgeMesh(angle, cells);
   const Profile profile{angle};
   TestScene t;
-  t.addMesh(mesh.view(), {}, {kRidgeStiffness, 0, 0, 0});
+  const std::uint32_t id = t.addMesh(mesh.view(), {}, {kRidgeStiffness, 0, 0, 0});
+  SurfaceParameters surface{};
+  surface.smooth_cosine = std::cos(smooth);
+  EXPECT_TRUE(smooth == 0 || t.setSurface(id, surface) == ErrorCode::kOk);
+  Shading shading;
   Scores s;
   double side = -1;
   const auto way = strokes(angle);
   t.tick(way.front().out + Vec3(0, 0, 0.001));
   for (const Stroke& w : way) {
-    const Vec3 force = t.tick(w.hip()).force;
+    t.tick(w.hip());
+    if (smooth > 0) shading.step(*t.scene, t.proxy.holding(), Vec3::Zero(), t.contact);
+    const Vec3 force = t.contact.force;
     side = profile.sideAfter(w.hip(), side);
     s.ours += (force - w.force()).squaredNorm() / double(way.size());
     s.nearest += (profile.nearestForce(w.hip()) - w.force()).squaredNorm() / double(way.size());
@@ -132,6 +140,21 @@ TEST(ProxyOnRidge, OnSteepRidgesTheSideIsKept) {
       const Scores s = stroke(degrees * M_PI / 180, cells);
       EXPECT_LT(s.rising, 1e-5) << degrees << " " << cells;
       EXPECT_LE(s.against_side, 2 * s.nearest) << degrees << " " << cells;
+    }
+  }
+}
+
+TEST(ProxyOnRidge, ShadingTakesNothingOfThis) {
+  // Nor where it rounds the feet, too (30 degrees round no edge): their facets are small.
+  for (const double smooth : {30.0, 60.0}) {
+    for (const double degrees : {45.0, 60.0}) {
+      const Scores s = stroke(degrees * M_PI / 180, 20, smooth * M_PI / 180);
+      EXPECT_LE(s.ours, 2 * s.nearest) << degrees << " " << smooth;
+    }
+    for (const double degrees : {75.0, 85.0}) {
+      const Scores s = stroke(degrees * M_PI / 180, 20, smooth * M_PI / 180);
+      EXPECT_LT(s.rising, 1e-5) << degrees << " " << smooth;
+      EXPECT_LE(s.against_side, 2 * s.nearest) << degrees << " " << smooth;
     }
   }
 }

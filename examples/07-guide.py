@@ -53,7 +53,11 @@ def main() -> int:
         time.sleep(0.6)
         buzz = own(session, session.drain())["by_source"][:, haptic.Source.EFFECT, 2]
         print(f"reached: effects swing by {np.ptp(buzz) / 2:.1f} N")
-        return 0 if felt[haptic.EffectKind.GUIDE][0] < 0.7 * felt[haptic.EffectKind.NONE][0] and np.ptp(buzz) > 1 else 1
+        if felt[haptic.EffectKind.GUIDE][0] < 0.7 * felt[haptic.EffectKind.NONE][0] and np.ptp(buzz) > 1:
+            return 0
+        print("The hand was not guided. A simulated one with a motion= of its own does not come; or something else stands in the "
+              "way.", file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

@@ -132,7 +132,8 @@ def main() -> int:
               f"now at {1000 * ball.p[0]:.0f}, {1000 * ball.p[1]:.0f} mm")
     if given[0] > 0.01 and fastest[1] > 0.05 and all(math.isfinite(ball.p @ ball.p) for ball in balls):
         return 0
-    print("Ball 0 was not driven into ball 1. A simulated hand misses where the machine is too busy for this program: more --seconds, more strokes.",
+    print("Ball 0 was not driven into ball 1. A simulated hand with a motion= of its own does not come; one misses where "
+          "something else stands in the way, or where the machine is too busy for this program: more --seconds, more strokes.",
           file=sys.stderr)
     return 1
 

@@ -33,7 +33,10 @@ typedef enum haptic_ability {
   HAPTIC_HAS_VELOCITY_LIMIT = 1 << 11
 } haptic_ability;
 
-/** The field's usual data sheet of a device. 0 (NaN for the temperature) where unknown. */
+/**
+ * The field's usual data sheet of a device. 0 (NaN for the temperature) where unknown. Of the device, not of the world:
+ * without its mount and scale (docs/mount.md).
+ */
 typedef struct haptic_device_info {
   uint32_t size;
   uint32_t open;      /**< 1: the daemon has opened it. */
@@ -83,7 +86,7 @@ typedef struct haptic_device_list {
   const haptic_device_info* const* items;
 } haptic_device_list;
 
-/** Limits of a device: they bind the sum of all clients. */
+/** Limits of a device: they bind the sum of all clients. Of the device, not of the world, as haptic_device_info. */
 typedef struct haptic_device_limits {
   uint32_t size;
   uint32_t reserved;

@@ -215,6 +215,7 @@ class DaemonInfo:
 class DeviceInfo:
     """The data sheet of a device, in m, N, N m, N/m, N s/m, rad and kg; 0 where unknown, NaN for the temperature.
 
+    Of the device, not of the world: without its mount and scale (docs/mount.md).
     `uri` opens this device and no other. `workspace_lower` and `_upper` are the usable box, max_workspace_ the reachable one.
     `problem`: why it is not open although the daemon was told to open it.
     """
@@ -260,7 +261,10 @@ class DeviceInfo:
 
 @dataclass(frozen=True)
 class DeviceLimits:
-    """What binds the sum of all clients: N, N m, N/s, N m/s, m/s (beyond it the guard latches), W, W of active sources, N."""
+    """What binds the sum of all clients: N, N m, N/s, N m/s, m/s (beyond it the guard latches), W, W of active sources, N.
+
+    Of the device, not of the world, as DeviceInfo.
+    """
     force: float
     torque: float
     force_slew: float

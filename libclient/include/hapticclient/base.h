@@ -71,7 +71,7 @@ typedef struct haptic_error {
 HAPTIC_API const char* haptic_error_name(int code);
 /** One English sentence for a code. Any thread, servo-safe. */
 HAPTIC_API const char* haptic_error_text(int code);
-/** Version of the library that is loaded, as "0.1.0". */
+/** Version of the library that is loaded, as "0.1.0". Any thread, servo-safe. */
 HAPTIC_API const char* haptic_version(void);
 /** Gives back any result that a function of this library returned by pointer. Any thread; null is allowed. */
 HAPTIC_API void haptic_free(const void* result);

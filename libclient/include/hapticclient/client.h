@@ -85,7 +85,7 @@ HAPTIC_API int haptic_reconnect(haptic_client* client, haptic_error* error);
 /** Sets the timeout of later calls [ns]; 0: 5 s; whoever would wait for ever waits a year. Any thread. */
 HAPTIC_API int haptic_set_timeout(haptic_client* client, int64_t timeout_ns);
 
-/** What the daemon said of itself when the connection was made. Does not block. */
+/** What the daemon said of itself when the connection was made. Does not block; any thread. */
 HAPTIC_API int haptic_get_daemon_info(haptic_client* client, haptic_daemon_info** info, haptic_error* error);
 
 /**

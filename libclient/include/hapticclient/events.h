@@ -35,13 +35,13 @@ typedef enum haptic_event_kind {
 typedef struct haptic_event {
   uint32_t size; /**< sizeof(haptic_event), set by you. */
   uint32_t kind; /**< haptic_event_kind; a newer daemon may send others. */
-  int64_t t_ns;
+  int64_t t_ns;  /**< CLOCK_MONOTONIC. */
   uint64_t tick;
   uint64_t session;
   uint64_t lost;  /**< Events lost since the subscription began, here and in the daemon. */
   uint32_t value; /**< See haptic_event_kind. */
   uint32_t reserved;
-  double point[3]; /**< [m] */
+  double point[3]; /**< In the world [m]. */
   double force;    /**< That the surface asks for [N]; a hand that is not armed feels none of it. */
   char device[64];
   char object[64];
@@ -71,7 +71,7 @@ typedef struct haptic_events_options {
 #define HAPTIC_EVENTS_OPTIONS_INIT \
   { sizeof(haptic_events_options), 0, 0, 0, NULL, NULL }
 
-/** "touch", "untouch", ... for a kind; "unknown" for others. */
+/** "touch", "untouch", ... for a kind; "unknown" for others. Any thread, servo-safe. */
 HAPTIC_API const char* haptic_event_name(uint32_t kind);
 
 /** Subscribes. `options` may be null. Close it before haptic_disconnect() or after; both are fine. Blocks; any thread.

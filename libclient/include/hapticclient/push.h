@@ -48,8 +48,8 @@ typedef struct haptic_push {
 typedef struct haptic_object_pose {
   uint32_t object; /**< Id from the scene. */
   uint32_t reserved;
-  double p[3];
-  double q[4];
+  double p[3]; /**< [m] */
+  double q[4]; /**< w x y z */
   double v[3]; /**< [m/s] */
   double w[3]; /**< [rad/s] */
 } haptic_object_pose;
@@ -100,9 +100,10 @@ typedef struct haptic_local_model {
   uint32_t frame;   /**< 0: world; else an object id: the model moves along with it. */
   uint32_t device;  /**< Device of the group; see haptic_session_info.device_index. */
   int64_t lease_ns; /**< In force this long after it was applied, then fades; at most 10 s. */
-  int64_t blend_ns; /**< Time over which it replaces the former model of the slot; at most 1 s. */
+  /** Time over which it replaces the former model of the slot; at most 1 s, and less than 5 ms is 5 ms. */
+  int64_t blend_ns;
   haptic_material material;
-  double origin[3];
+  double origin[3]; /**< In `frame` [m]; so is all that follows. */
   double normal[3]; /**< Unit, outward (plane). */
   double radius;    /**< Sphere: radius; spring: free length; convex solid: rounding of its edges, 0: 0.5 mm [m]. */
   uint32_t count;   /**< Half-spaces in use. */
@@ -120,8 +121,8 @@ typedef struct haptic_local_model {
 
 /** Force f0 + J (x - x0) within `radius` of x0, fading to zero over the outer fifth. */
 typedef struct haptic_force_field {
-  uint32_t slot; /**< Shares its numbers with local models. */
-  uint32_t frame;
+  uint32_t slot;  /**< Shares its numbers with local models. */
+  uint32_t frame; /**< Of x0, f0 and the Jacobian; this, device, lease_ns and blend_ns as in haptic_local_model. */
   uint32_t device;
   uint32_t reserved;
   int64_t lease_ns;
@@ -139,14 +140,14 @@ typedef struct haptic_force_field {
 typedef struct haptic_clear_model {
   uint32_t slot;
   uint32_t reserved;
-  int64_t blend_ns; /**< Time over which it vanishes. */
+  int64_t blend_ns; /**< Time over which it vanishes; at most 1 s, and less than 5 ms is 5 ms. */
 } haptic_clear_model;
 
-/** Force computed by the client, held until replaced or until the lease runs out. */
+/** Force computed by the client, in the world, held until replaced or until the lease runs out. */
 typedef struct haptic_client_force {
   uint32_t device;
   uint32_t reserved;
-  int64_t lease_ns;
+  int64_t lease_ns; /**< As in haptic_local_model. */
   double force[3];  /**< [N] */
   double torque[3]; /**< [N m] */
 } haptic_client_force;
@@ -157,12 +158,15 @@ typedef struct haptic_client_force {
     0, 0, 50000000, {0, 0, 0}, { 0, 0, 0 } \
   }
 
-/** Where the hand of a simulated device wants to be; it strives no farther than 10 m along each axis of the device. */
+/**
+ * Where in the world the hand of a simulated device wants to be; it strives no farther than 10 m along each axis of the
+ * device.
+ */
 typedef struct haptic_intent {
   uint32_t device;
   uint32_t reserved;
-  double p[3];
-  double q[4];
+  double p[3]; /**< [m] */
+  double q[4]; /**< w x y z */
   double gripper_rad;
 } haptic_intent;
 

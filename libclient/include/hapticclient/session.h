@@ -164,6 +164,7 @@ HAPTIC_API void haptic_session_close(haptic_session* session);
  * the daemon cannot be asked (no connection, a callback). Blocks.
  */
 HAPTIC_API int haptic_session_reopen(haptic_session* session, haptic_error* error);
+/** Its number, the servo's period, the device: as told when it was opened. Does not block; any thread. */
 HAPTIC_API int haptic_session_describe(haptic_session* session, haptic_session_info** info, haptic_error* error);
 
 /** Reserves the right to arm. HAPTIC_LEASE_HELD names the holder. Blocks; any thread, as the next three. */

@@ -312,7 +312,8 @@ class Client(Handle):
     """A connection to the daemon; use it as a context manager.
 
     Without `socket`: $HAPTICD_SOCKET, else the first that answers of $XDG_RUNTIME_DIR/hapticd and /run/hapticd; an
-    empty one is refused. When it is closed, sessions and subscriptions made here are dead; closing them later is fine.
+    empty one is refused. Calls wait `timeout_s` for an answer; 0: 5 s. When it is closed, sessions and subscriptions made
+    here are dead; closing them later is fine.
     """
     _kind = "client"
     _release = _lib.haptic_disconnect

@@ -48,6 +48,10 @@ class Session(Handle):
     One thread at a time reads, one at a time pushes. Pushes take `latest=True` (a mailbox: only the newest value
     matters; not those that change a part, flags and vertices) or `at_tick` (the ring: takes effect at that tick); they
     return the command's number. Without `device` they are for the session's own, of those that share its servo.
+
+    In m, N, N m, m/s and rad/s; quaternions are w, x, y, z. `frame` is 0 for the world, else an object's id: then origin,
+    normal, half-spaces, x0, f0 and Jacobian are in its frame and move along with it. What `lease_s` (at most 10 s) has not
+    seen renewed fades; a new one replaces what its slot had over `blend_s` (at most 1 s, and less than 5 ms is 5 ms).
     """
 
     _kind = "session"
@@ -239,26 +243,26 @@ class Session(Handle):
 
     def push_force(self, force: Sequence[float], torque: Sequence[float] = (0, 0, 0), *, lease_s: float = 0.05,
                    device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
-        """A plain force, held until replaced or until the lease runs out."""
+        """A plain force in the world, held until replaced or until the lease runs out."""
         command = _abi.ClientForce(device=self._number(device), lease_ns=arrays.ns(lease_s, "lease_s"),
                                    force=arrays.vector(force, "force"), torque=arrays.vector(torque, "torque"))
         return self._push(_lib.haptic_push_client_force, command, latest, at_tick)
 
     def push_intent(self, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0), *, gripper_rad: float = 0.0,
                     device: Optional[int] = None, latest: bool = False, at_tick: int = 0) -> int:
-        """Where the hand of a simulated device wants to be."""
+        """Where in the world the hand of a simulated device wants to be."""
         command = _abi.Intent(device=self._number(device), p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4),
                               gripper_rad=gripper_rad)
         return self._push(_lib.haptic_push_intent, command, latest, at_tick)
 
     def push_limits(self, force_n: float, torque_nm: float, *, latest: bool = False, at_tick: int = 0) -> int:
-        """Binds this session's own share; can only lower what the daemon allows."""
+        """Binds this session's own share; can only lower what the daemon allows. 0 takes it away."""
         return self._push(_lib.haptic_push_limits, _abi.SessionLimits(force_n=force_n, torque_nm=torque_nm), latest, at_tick)
 
     def push_object_pose(self, object_id: int, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0),
                          v: Sequence[float] = (0, 0, 0), w: Sequence[float] = (0, 0, 0), *, latest: bool = False,
                          at_tick: int = 0) -> int:
-        """Moves an object; the servo goes on with the velocity until the next push."""
+        """Moves an object in its parent's frame; the servo goes on with the velocity until the next push."""
         command = _abi.ObjectPose(object=_object(object_id), p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4),
                                   v=arrays.vector(v, "v"), w=arrays.vector(w, "w"))
         return self._push(_lib.haptic_push_object_pose, command, latest, at_tick)

@@ -218,6 +218,11 @@ class Daemon(unittest.TestCase):
             self.client.stop()
             event = events.next(10)
             self.assertEqual((event.name, event.value), ("fault", 1))
+            session.arm()
+            later = threading.Timer(0.3, self.client.stop)
+            later.start()
+            self.assertEqual(events.next(-1).name, "fault")
+            later.join()
             limits = self.client.set_limits(force=1.5)
             self.assertEqual(limits.force, 1.5)
             with self.assertRaises(TypeError):

@@ -53,7 +53,6 @@ struct DeviceInfo {
   std::uint32_t buttons = 0;  ///< How many.
   std::string calibration_style = "none";
   bool has_brakes = false, has_watchdog = false, has_deadman = false, has_velocity_limit = false;
-  bool servo_safe = true;  ///< read() and write() may be called by the servo itself (no lock, allocation or blocking).
 };
 
 /** Bits of DeviceSample.status. */
@@ -105,7 +104,8 @@ struct DeviceIntent {
 
 /**
  * A haptic device. open, close and info are called by the control thread, never together with the rest; read, write
- * and setIntent by one real-time thread; safe by whoever is left.
+ * and setIntent by one real-time thread, the servo, so they neither lock, allocate nor block (drivers/link/io_device.h
+ * is for those that would); safe by whoever is left.
  */
 class Device {
  public:

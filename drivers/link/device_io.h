@@ -20,7 +20,7 @@ class DeviceIo {
  public:
   virtual ~DeviceIo() = default;
 
-  /** Fixed. servo_safe is true: what the servo calls is the link. */
+  /** Fixed. */
   [[nodiscard]] virtual const DeviceInfo& info() const noexcept = 0;
   [[nodiscard]] virtual Calibration calibration() const noexcept { return Calibration::kNotNeeded; }
   /** As HasBattery. Any thread. */

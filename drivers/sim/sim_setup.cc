@@ -121,7 +121,6 @@ DeviceInfo infoOf(const SimSetup& setup) {
   info.viscous_friction = p.viscous;
   info.coulomb_friction = p.coulomb;
   info.buttons = static_cast<std::uint32_t>(p.buttons);
-  info.servo_safe = true;
   return info;
 }
 

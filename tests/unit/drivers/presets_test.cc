@@ -30,7 +30,6 @@ TEST(SimPresets, InformationIsCompleteAndConsistent) {
     SCOPED_TRACE(preset.name);
     EXPECT_FALSE(info.model.empty() || info.manufacturer.empty() || info.serial.empty());
     EXPECT_EQ(info.driver, "sim");
-    EXPECT_TRUE(info.servo_safe);
     EXPECT_GT(info.max_force, 0);
     EXPECT_LE(info.continuous_force, info.max_force);
     EXPECT_GT(info.max_stiffness, 100);

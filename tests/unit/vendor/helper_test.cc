@@ -104,7 +104,6 @@ TEST_F(Helper, ReadingsComeAndForcesGo) {
     open(scheme);
     EXPECT_THAT(device_->info().model, HasSubstr("played"));
     EXPECT_EQ(device_->info().uri, uriOf(scheme));
-    EXPECT_TRUE(device_->info().servo_safe);
     EXPECT_NE(device_->helper(), 0);
     state_->place[0] = std::strcmp(scheme, "dhd") == 0 ? 0.02 : 20;
     pushing();

@@ -77,6 +77,16 @@ class Manual(unittest.TestCase):
             name = re.sub(r"^(surface|effect|local_model|client|gravity|guard|texture|transient)_[xyz]$", r"\1_", column)
             self.assertRegex(page, rf"\b{name}(\b|(?<=_) )", column)
 
+    def test_every_name_of_an_object_and_a_device_is_told_in_the_protocol(self):
+        names = (SOURCE / "docs/protocol.md").read_text(encoding="utf-8").split("### Resource names")[1].split("\n### ")[0]
+        told = dict(zip(("object", "device"), names.split("\n| `/devices/NAME`")))
+        for what, text in told.items():
+            source = (SOURCE / f"daemon/resource/{what}_properties.cc").read_text().split("Properties[] = {")[1].split("\n};")[0]
+            properties = re.findall(r'^    (?:\{|\w+Of<.*>\(\s*)"(\w+)"', source, re.M)
+            self.assertGreater(len(properties), 30)
+            for name in properties:
+                self.assertRegex(text, r"`effect_`" if name.startswith("effect_") else rf"[`/]{name}`")
+
     def test_help_of_the_daemon_fits_a_terminal(self):
         for name in ("hapticd", "hapticd-safe"):
             for line in words(BUILD / "daemon" / name, "--help").splitlines():

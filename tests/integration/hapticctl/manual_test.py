@@ -4,6 +4,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import tempfile
 import tomllib
 import unittest
 
@@ -106,6 +107,23 @@ class Manual(unittest.TestCase):
         for name, table in defaults.items():
             told = re.findall(r"^\.It Li (\w+) Op Li (.+)$", sections[name], re.M)
             self.assertEqual({key: tomllib.loads(f"x = {value}")["x"] for key, value in told}, table, name)
+
+    def test_the_range_of_every_number_of_the_configuration_is_as_told(self):
+        daemon = BUILD / "daemon/hapticd"
+        sections = dict(re.findall(r"^\.Sh \[(\w+)\]\n(.*?)(?=^\.Sh)", self.page("hapticd.toml.5"), re.M | re.S))
+        defaults = tomllib.loads(words(daemon, "--config", "/dev/null", "--print-config"))
+        with tempfile.NamedTemporaryFile("w+", suffix=".toml") as file:
+            for section, key in [(name, key) for name, table in defaults.items() for key, value in table.items()
+                                 if type(value) in (int, float) and not key.endswith("mode")]:
+                file.seek(0)
+                file.truncate()
+                file.write(f"[{section}]\n{key} = 1000000000\n")
+                file.flush()
+                done = subprocess.run([daemon, "--check-config", "--config", file.name], capture_output=True, text=True, check=False)
+                told = re.search(r"out of range \((.* to .*)\)", done.stderr)
+                self.assertTrue(told, f"{section}.{key}: {done.stderr}")
+                text = re.search(rf"^\.It Li {key} .*?(?=^\.It |^\.El)", sections[section], re.M | re.S)[0]
+                self.assertRegex(text, rf"(?<![\d.]){re.escape(told[1])}(?![\d.]*\d)")
 
     def test_every_benchmark_and_option_of_haptic_bench_is_told(self):
         bench, page = BUILD / "tools/haptic-bench/haptic-bench", self.page("haptic-bench.1")

@@ -103,7 +103,8 @@ std::string modelHelp() {
          "per unit,\n"
          "    needed where it would be longer than 1 m; center=1 moves the middle of its box to the origin\n"
          "  FILE.hrec:object=0: the meshes of a recorded session where they stood, or that object alone\n"
-         "  Each also x=0,y=0,z=0,turn_x=0,turn_y=0,turn_z=0: where it stands [m], turned by a rotation vector [rad]\n";
+         "  Each also x=0,y=0,z=0,turn_x=0,turn_y=0,turn_z=0: where it stands [m], turned by a rotation vector [rad]\n"
+         "    (for geodesic, measured, files and recordings; the others run over a shape at the origin)\n";
 }
 
 Model makeModel(const std::string& text) {

@@ -39,8 +39,8 @@ struct Request {
   /** Throws Failure unless the model is of that kind. */
   void need(const char* kind) const {
     if (model.kind == kind) return;
-    throw Failure(spec.text(), "it runs over a " + std::string(kind) + ", not over " + model.name,
-                  "--model " + std::string(kind));
+    throw Failure(spec.text(), "it runs over a " + std::string(kind) + " at the origin, not over " + model.name,
+                  "--model " + std::string(kind) + "; geodesic and files take any, wherever it stands");
   }
 };
 

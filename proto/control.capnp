@@ -245,7 +245,7 @@ struct DaemonState {
 }
 
 struct Histogram {
-  name @0 :Text;              # wake, read, render, guard, write, cycle
+  name @0 :Text;              # wake, read, render, guard, write, cycle, collide
   count @1 :UInt64;
   p50Ns @2 :UInt64;
   p99Ns @3 :UInt64;
@@ -310,7 +310,7 @@ struct ObjectSpec {
   parent @1 :Text;    # name of the parent, empty for the root
   pose @2 :Pose;      # in the parent's frame
   shape @3 :Shape;
-  material @4 :Material;
+  material @4 :Material;  # none: 500 N/m, 0.5 N s/m, mu 0.4 and 0.3
   enabled @5 :Bool = true;
   visible @6 :Bool = true;
   twoSided @7 :Bool;

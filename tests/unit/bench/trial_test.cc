@@ -28,7 +28,7 @@ TEST(BenchTrial, RidgesScoreWhatTheStuckProxyAnomalyIsKnownToScore) {
     const char* model;
     double god_object, nearest;
   } known[] = {{"ridge:degrees=45", 2.8, 0.042},
-               {"ridge:degrees=60", 9.0, 0.082},
+               {"ridge:degrees=60", 9.1, 0.082},
                {"ridge:degrees=75", 62, 0.18},
                {"ridge:degrees=85", 135, 0.145}};
   for (const auto& k : known) {

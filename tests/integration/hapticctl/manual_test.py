@@ -169,6 +169,22 @@ class Manual(unittest.TestCase):
             self.assertEqual(missing, set(), f"{name} has them")
             self.assertLessEqual(told, takes | general | ({"voxel"} if name == "import" else set()), f"{name} has them not")
 
+    def test_words_that_options_take_are_told_as_they_are_completed(self):
+        page, completion = self.page("hapticctl.1"), (SOURCE / "tools/completion/hapticctl").read_text()
+        api = (SOURCE / "libclient/src/api/events.cc").read_text()
+        kinds = re.findall(r'"([a-z-]+)"', re.search(r"kNames\[HAPTIC_EVENT_KINDS\] = \{(.*?)\};", api, re.S)[1])
+        self.assertEqual(re.search(r'kinds="(.*?)"', completion)[1].split(), kinds)
+        numbers = re.search(r'--raw\).*?-W "(.*?)"', completion)[1].split()
+        for words_of, option, first in [(kinds, "events", "names some of"), (numbers, "import", "kind being")]:
+            told = items_of(page)[option].split(first)[1].split("\n.")[0]
+            listed = [word for word in re.findall(r"[a-z][\w-]*", told) if word not in ("and", "or")]
+            self.assertEqual(listed, words_of, option)
+
+    def test_every_fault_of_a_played_device_is_told(self):
+        names = re.search(r"kFaultNames\[\] = \{(.*?)\};", (SOURCE / "tools/haptic-emu/fault.h").read_text(), re.S)[1]
+        told = re.search(r"A fault is (.*?):", (SOURCE / "docs/writing-a-driver.md").read_text(encoding="utf-8"), re.S)[1]
+        self.assertEqual(re.findall(r"`(.*?)`", told), re.findall(r'"(.*?)"', names))
+
     def test_completion_is_valid_bash(self):
         words("bash", "-n", SOURCE / "tools/completion/hapticctl")
 

@@ -21,13 +21,14 @@ namespace haptic_bench {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 
 /** A hand that comes down and goes 1 mm deep along a plane, pushed with 2 N once the device is armed, until it fails.
  */
 void writeSession(const std::string& path, int cycles, int armed_at = 0, double first_z = 0.001,
-                  const hapticd::Pose& stands = {}, int fails_at = 1'000'000) {
+                  const hapticd::Pose& stands = {}, int fails_at = 1'000'000, std::uint64_t lost = 0) {
   std::ofstream file(path, std::ios::binary);
   hapticd::RecordingWriter writer([&file](std::span<const std::byte> bytes) {
     file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -48,7 +49,7 @@ void writeSession(const std::string& path, int cycles, int armed_at = 0, double 
     cycle->sent[0].force = Vec3(0, 0, i >= armed_at ? 2 : 0);
     ASSERT_TRUE(writer.cycle(*cycle));
   }
-  ASSERT_TRUE(writer.end("test", 0));
+  ASSERT_TRUE(writer.end("test", lost));
 }
 
 TEST(RecordedSessions, AreTrajectories) {
@@ -120,6 +121,33 @@ TEST(RecordedSessions, WhatWasNotPushedIsNotJudged) {
   EXPECT_TRUE(twice.samples[51].judged);
   writeSession(path, 300, 300);
   EXPECT_FALSE(makeTrajectory(path, plane, surface).force_known);
+}
+
+// A run over a part of a session looked like one over the whole.
+TEST(RecordedSessions, WhatLacksAtTheEndIsTold) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string path = directory.path() + "/session";
+  const auto told = [&](const auto& read) {
+    testing::internal::CaptureStderr();
+    read();
+    return testing::internal::GetCapturedStderr();
+  };
+  const auto way = [&] { (void)makeTrajectory(path, makeModel("plane"), {1000}); };
+  const auto model = [&] { EXPECT_THROW((void)makeModel(path), Failure) << "there is no mesh"; };
+  writeSession(path, 300);
+  EXPECT_EQ(told(way), "");
+  EXPECT_EQ(told(model), "");
+  writeSession(path, 300, 0, 0.001, {}, 1'000'000, 7);
+  const std::string lost = told(way);
+  EXPECT_EQ(lost, "haptic-bench: " + path +
+                      ": the last 7 cycles of it were lost; what is used are the 300 cycles before (0.300 s)\n");
+  writeSession(path, 290, 290, 0.001, {}, 1'000'000, 8);  // Never armed: it looks for meshes to the end.
+  EXPECT_THAT(told(model),
+              HasSubstr(path + ": the last 8 cycles of it were lost; what is used are the 290 cycles before"));
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 1);
+  const std::string cut = told(way);
+  EXPECT_THAT(cut, HasSubstr(path + ": it is cut off; what is used are the 290 cycles before (0.290 s)"));
+  EXPECT_THAT(told(way), Not(HasSubstr("cut off"))) << "but once";
 }
 
 TEST(RecordedSessions, DamageIsNamedAndACutIsBorne) {

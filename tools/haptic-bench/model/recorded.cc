@@ -8,6 +8,7 @@
 
 #include "daemon/recording/replayer.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/tell.h"
 
 namespace haptic_bench {
 namespace {
@@ -114,7 +115,8 @@ Model readRecordedModel(const std::string& path, std::uint32_t object) {
   std::vector<Standing> taken;
   Latecomers latecomers;
   const std::unique_ptr<hapticd::Replayer> replayer = orFailIn(path, hapticd::Replayer::open(path));
-  while (orFailIn(path, replayer->step())) {
+  std::uint64_t cycles = 0;
+  for (; orFailIn(path, replayer->step()); ++cycles) {
     const hapticd::RecordedCycle& cycle = replayer->recorded();
     const Scene& scene = replayer->cycle().scene();
     const auto armed = [](const auto& sent) { return sent.enabled; };
@@ -127,9 +129,19 @@ Model readRecordedModel(const std::string& path, std::uint32_t object) {
                     "a recording in which it stands still while a device is armed, or object= of one that does");
     }
   }
+  tellWhatLacks(path, replayer->recording(), cycles);
   if (taken.empty()) (void)take(path, replayer->cycle().scene(), object, model);
   latecomers.tell(path);
   return model;
+}
+
+void tellWhatLacks(const std::string& path, const hapticd::RecordingReader& recording, std::uint64_t cycles) {
+  const auto& end = recording.end();
+  if (end && end->lost == 0) return;
+  const double seconds =
+      1e-9 * static_cast<double>(cycles) * static_cast<double>(recording.header().start.config.period_ns);
+  const std::string what = end ? fmt::format("the last {} cycles of it were lost", end->lost) : "it is cut off";
+  tellOnce(fmt::format("{}: {}; what is used are the {} cycles before ({:.3f} s)", path, what, cycles, seconds));
 }
 
 }  // namespace haptic_bench

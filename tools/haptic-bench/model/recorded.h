@@ -8,6 +8,10 @@
 
 #include "tools/haptic-bench/model/model.h"
 
+namespace hapticd {
+class RecordingReader;
+}
+
 namespace haptic_bench {
 
 /**
@@ -17,5 +21,8 @@ namespace haptic_bench {
  * and where one moves later: the hand's way would meet it elsewhere.
  */
 [[nodiscard]] Model readRecordedModel(const std::string& path, std::uint32_t object);
+
+/** Says on the standard error if a recording, read to its end, was cut off or lost cycles: the session went on. */
+void tellWhatLacks(const std::string& path, const hapticd::RecordingReader& recording, std::uint64_t cycles);
 
 }  // namespace haptic_bench

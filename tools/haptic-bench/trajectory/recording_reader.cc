@@ -7,6 +7,7 @@
 
 #include "daemon/recording/replayer.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/model/recorded.h"
 
 namespace haptic_bench {
 
@@ -25,9 +26,8 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
   }
   Trajectory in;
   std::int64_t first_ns = 0;
-  bool cycles = false;
-  while (orFailIn(path, replayer->step())) {
-    cycles = true;
+  std::uint64_t cycles = 0;
+  for (; orFailIn(path, replayer->step()); ++cycles) {
     const hapticd::RecordedCycle& cycle = replayer->recorded();
     if (in.samples.empty()) first_ns = cycle.input.now_ns;
     const double t_s = 1e-9 * static_cast<double>(cycle.input.now_ns - first_ns);
@@ -47,7 +47,8 @@ Trajectory readRecordedSession(const std::string& path, std::size_t device) {
                           replayer->cycle().mount(device).toWorld(cycle.sent[device].force),
                           cycle.sent[device].enabled && !ramping});
   }
-  if (!cycles) throw Failure(path, "there are no cycles in it", "a longer recording");
+  tellWhatLacks(path, replayer->recording(), cycles);
+  if (cycles == 0) throw Failure(path, "there are no cycles in it", "a longer recording");
   if (in.samples.empty()) {
     throw Failure(path, fmt::format("in no cycle of it device {} knew where it was", device),
                   "a session in which the device worked");

@@ -14,7 +14,8 @@ namespace haptic_bench {
 
 /**
  * Where the hand of one device was in each cycle, and as truth the force that was sent then. Throws Failure with block
- * and byte, or when there is no such device. A recording that was cut off gives what is whole.
+ * and byte, or when there is no such device. A recording that was cut off gives what is whole, and that is
+ * told on the standard error.
  */
 [[nodiscard]] Trajectory readRecordedSession(const std::string& path, std::size_t device);
 

@@ -38,6 +38,65 @@ LOAD = """benchmark,quantity,unit,round,value
               for quantity, value in (("period mean", 1000), ("period p99", 1010.25), ("force error rms", 0.1)))
 
 
+# Pushes nothing, and takes no large mesh.
+PLUGIN = """
+#include <stdio.h>
+#include "haptic_algorithm.h"
+static int one;
+static void* create(const haptic_algorithm_problem* p, char* e, size_t n) {
+  return p->triangle_count < 5000 ? (void*)&one : (snprintf(e, n, "too many triangles for it"), (void*)0);
+}
+static void destroy(void* i) { (void)i; }
+static void start(void* i, const double h[3]) { (void)i, (void)h; }
+static void step(void* i, const double h[3], const double v[3], double dt, haptic_algorithm_contact* contact) {
+  (void)i, (void)h, (void)v, (void)dt, (void)contact;
+}
+const haptic_algorithm* haptic_algorithm_table(void) {
+  static const haptic_algorithm table = {1, sizeof table, "idle", "pushes nothing", create, destroy, start, step, 0};
+  return &table;
+}
+"""
+
+
+def plugin(folder):
+    """In a folder of its own, for its name is long then."""
+    header = pathlib.Path(__file__).resolve().parents[2] / "tools" / "haptic-bench" / "plugin"
+    (folder / "own").mkdir()
+    made = folder / "own" / "idle.so"
+    subprocess.run(["cc", "-x", "c", "-shared", "-fPIC", f"-I{header}", "-o", made, "-"], input=PLUGIN, text=True, check=True)
+    return made
+
+
+def faults(text):
+    """What a page of four figures of its own lacks, of those of the files beside it, and of an algorithm asked for."""
+    plots = re.findall("<svg.*?</svg>", text, re.S)
+    drawn = [set(re.findall("<!-- (.*?) -->", svg)) for svg in plots]
+    rows = [re.findall("<t[dh][^>]*>(.*?)</t[dh]>", row) for row in re.findall("<tr>(.*?)</tr>", text, re.S)]
+    for k, words in ((0, {"idle.so", "thesis"}), (1, {f"spheres of {one}" for one in ("1 mm at 2000 N/m", "50 mm at 100 N/m", "50 mm at 1000 N/m")}),
+                     (1, {"idle.so", "99th percentile"}), (2, {"idle.so", "85°", "god-object"}), (3, {"idle.so", "against the mesh as it is"})):
+        if lacks := words - drawn[k]:
+            yield f"figure {k} lacks {lacks}"
+    balls = [row for row in rows if row[0] in ("triangles", "3968", "16128")][:3]
+    if [row[-4:] for row in balls][0] != ["ours p99 [µs]", "god-object p99 [µs]", "nearest p99 [µs]", "idle.so p99 [µs]"]:
+        yield f"the first table has no 99th percentiles: {balls[0]}"
+    idle = balls[0].index("idle.so MSE [N²]") if "idle.so MSE [N²]" in balls[0] else 0
+    if (balls[1][idle], balls[2][idle], balls[2][-1]) != ("1", "-", "-"):
+        yield f"of the algorithm that was asked for: {balls}"
+    if [row[-1] for row in rows if row[0] == "algorithm"] != ["p99 [µs] at 85°"]:
+        yield "the ridges have no 99th percentiles"
+    every = [row for row in rows if row[:2] == ["sphere:radius=0.001,stacks=4", "ours"]]
+    if len(every) != 2 or not any(re.fullmatch("[0-9a-f]{12}", cell) for cell in every[0]):
+        yield f"every quantity: {every}, of which hashes are no numbers that have lost their end"
+    if "<details" in text[:text.index("<h2>Every quantity")] or "<details" in text[:text.index("A tick, by the size")]:
+        yield "its own quantities are folded"
+    if 'addEventListener("beforeprint"' not in text:
+        yield "what is folded is not printed"
+    if not re.search("stroke-dasharray[^>]*stroke: #d1495b", plots[2]):
+        yield "the god-object hides what it lies upon"
+    if one := re.search(r"(?<![\d.])([\d.e-]+) \.\. \1(?![\d.e-])", " ".join(cell for row in rows for cell in row)):
+        yield f"an interval of one value: {one[0]}"
+
+
 def commandOf(process):
     """Its words; none when it has gone."""
     try:
@@ -83,8 +142,12 @@ def main():
         (pathlib.Path(folder) / "cost.csv").write_text(COST, encoding="utf-8")
         (pathlib.Path(folder) / "load.csv").write_text(LOAD, encoding="utf-8")
         (pathlib.Path(folder) / "grasp.csv").write_text(GRASP, encoding="utf-8")
+        own = plugin(pathlib.Path(folder))
         command = [sys.argv[1], "report", path, "--rounds", "1", "--with"]
-        subprocess.run([*command, f"{folder}/cost.csv", f"{folder}/load.csv", f"{folder}/grasp.csv"], check=True, stdout=subprocess.DEVNULL)
+        files = [f"{folder}/{name}.csv" for name in ("cost", "load", "grasp")]
+        made = subprocess.run([*command, *files, "-a", own], check=True, capture_output=True, text=True)
+        if "sphere:radius=0.05,stacks=64: left out: " not in made.stderr or "too many triangles for it" not in made.stderr:
+            sys.exit(f"a model that an algorithm refused was not told: {made.stderr}")
         # Refused before anything is measured, else this took hours.
         command[command.index("1")] = "10000"
         for nonsense, words in ((b"a,b\n1\n", "holds no table"), (b"a,b\n1,2\n3\n", "holds no table"), (b"a,b\n\xff,2\n", "cannot be read"),
@@ -95,25 +158,27 @@ def main():
             refused = subprocess.run([*command, f"{folder}/nonsense.csv"], capture_output=True, text=True, check=False)
             if refused.returncode != 1 or f"nonsense.csv: {words}" not in refused.stderr.replace("it ", ""):
                 sys.exit(f"{nonsense} was taken: {refused.stderr}")
+        for algorithms, words in ((("local:rat=30",), "rat"), (("theirs",), "no such algorithm"), ((own, own), "named twice")):
+            refused = subprocess.run([*command[:-1], "-a", *algorithms], capture_output=True, text=True, check=False)
+            if refused.returncode != 1 or words not in refused.stderr:
+                sys.exit(f"{algorithms} were taken: {refused.stderr}")
         leavesNothing(folder)
         command[command.index(path)] = f"{folder}/none/page.html"
         nowhere = subprocess.run(command[:-1], capture_output=True, text=True, check=False)
         if nowhere.returncode != 1 or "none/page.html" not in nowhere.stderr:
             sys.exit(f"a folder that is not there was not named: {nowhere.stderr}")
-        if sorted(file.name for file in pathlib.Path(folder).iterdir()) != ["cost.csv", "grasp.csv", "load.csv", "nonsense.csv", "page.html"]:
+        if sorted(file.name for file in pathlib.Path(folder).iterdir()) != ["cost.csv", "grasp.csv", "load.csv", "nonsense.csv", "own", "page.html"]:
             sys.exit(f"files are left: {list(pathlib.Path(folder).iterdir())}")
         page = Page()
-        page.feed(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        page.feed(text)
     missing = [text for text in ("16128", "0.5018370", "22.349", "2.885208", "0.201283", "0.0417", "god-object", "voxel:cells=128",
                                 "150.5", "147.5 .. 153.5", "1010.25", "1.4375", "1.0074", "-3.25") if text not in page.cells]
     words = " ".join(page.cells)
-    missing += [text for text in ("thesis MSE [N²]", "ours [µs]", "MSE 45° [N²]", "[µs] at 85°", "thesis init [s]", "mean of a trajectory's steps, median of the rounds",
-                              "haptic-bench report --rounds 1\n", "Zilles", "Multirate and Perceptual Techniques", "Figure 4. ", "Figure 8. ")
+    missing += [text for text in ("thesis MSE [N²]", "ours [µs]", "MSE 45° [N²]", "[µs] at 85°", "thesis init [s]", "mean of a trajectory's steps and their 99th percentile (p99), each the median of the rounds",
+                              "haptic-bench report --rounds 1 -a /", "Zilles", "Multirate and Perceptual Techniques", "Figure 4. ", "Figure 8. ", "pushes nothing")
                 if text not in words]
-    if re.search(r"e\+1\d .{1,40}hash", words) or not re.search(r" ours forces +[0-9a-f]{12} ", words):
-        sys.exit("the page shows hashes as numbers that have lost their end")
-    if one := next((text for text in page.cells if re.fullmatch(r"(\S+) \.\. \1", text)), None):
-        sys.exit(f"the page shows an interval of one value: {one}")
+    missing += faults(text)
     if missing or page.count.get("svg") != 8 or page.count.get("table", 0) < 11 or page.fetched:
         sys.exit(f"the page lacks {missing}, counts {page.count}, fetches {page.fetched[:5]}")
 

@@ -8,15 +8,18 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string_view>
 
 #include "daemon/ipc/unique_fd.h"
 #include "daemon/recording/recording.h"
+#include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/beside_program.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/machine.h"
@@ -34,24 +37,30 @@ using nlohmann::json;
 
 // Python looks for its modules by its own name, which so has to be the whole path: another python3 may stand in PATH.
 constexpr const char* kPython = "/usr/bin/python3";
-constexpr const char* kAlgorithms[] = {"ours", "god-object", "nearest"};
 
 json tablesAsJson(const std::vector<PaperTable>& tables) {
   json all = json::array();
   for (const PaperTable& t : tables) {
-    json series = json::array();
-    for (const Series& s : t.series) {
-      const Estimate e = estimate(s.rounds);
-      series.push_back({{"name", s.name}, {"unit", s.unit}, {"median", e.median}, {"low", e.low}, {"high", e.high}});
+    json cells = json::array();
+    for (const PaperCell& cell : t.cells) {
+      json series = json::array();
+      for (const Series& s : cell.series) {
+        const Estimate e = estimate(s.rounds);
+        series.push_back({{"name", s.name}, {"unit", s.unit}, {"median", e.median}, {"low", e.low}, {"high", e.high}});
+      }
+      cells.push_back({{"model", cell.model},
+                       {"triangles", cell.triangles},
+                       {"algorithm", cell.algorithm},
+                       {"series", std::move(series)}});
     }
     all.push_back(
-        {{"title", t.title}, {"settings", t.settings}, {"columns", t.columns}, {"rows", t.rows}, {"series", series}});
+        {{"title", t.title}, {"settings", t.settings}, {"columns", t.columns}, {"rows", t.rows}, {"cells", cells}});
   }
   return all;
 }
 
 /** The way over the ridges as each algorithm has it: x and z of its proxy, and the force's error over time. */
-json ridgesAsJson() {
+json ridgesAsJson(const std::vector<std::string>& more) {
   json all = json::array();
   const Surface surface{1000, 0, 0, 0};
   for (const int degrees : {45, 60, 75, 85}) {
@@ -63,7 +72,8 @@ json ridgesAsJson() {
       ridge["truth"].push_back({s.proxy.x(), s.proxy.z()});
       ridge["hand"].push_back({s.hip.x(), s.hip.z()});
     }
-    for (const char* algorithm : kAlgorithms) {
+    for (const std::string& algorithm : withMore({"ours", "god-object", "nearest"}, more)) {
+      if (!refusal(algorithm, model, way, surface).empty()) continue;
       const Outcome outcome = runTrial(algorithm, model, way, surface, 1);
       json& one = ridge["algorithms"][algorithm];
       for (std::size_t i = 0; i < way.samples.size(); ++i) {
@@ -76,17 +86,29 @@ json ridgesAsJson() {
   return all;
 }
 
-/** Force error on a sphere over stiffness, of ours, the yardstick and slow clients. */
-json sweepAsJson() {
+/**
+ * Force error on a sphere over stiffness, of ours, the yardstick and slow clients: against the smooth sphere, and
+ * against the mesh as it is, which is the yardstick's answer.
+ */
+json sweepAsJson(const std::vector<std::string>& more) {
   json all{{"model", "sphere:radius=0.05,stacks=32"}, {"trajectory", "spiral:turns=2"}, {"stiffness", json::array()}};
   const Model model = makeModel(all["model"]);
   for (const double k : {100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0}) {
     const Surface surface{k, 0, 0, 0};
     const Trajectory spiral = makeTrajectory(all["trajectory"], model, surface);
     all["stiffness"].push_back(k);
-    for (const char* algorithm : {"ours", "nearest", "local:rate=30", "local:rate=300"}) {
-      all["mse"][algorithm].push_back(
-          judge(spiral, runTrial(algorithm, model, spiral, surface, 1).answers, 0.001).force_mse);
+    Trajectory mesh = spiral;
+    const Outcome exact = runTrial("nearest", model, spiral, surface, 1);
+    for (std::size_t i = 0; i < mesh.samples.size(); ++i) mesh.samples[i].force = exact.answers[i].force;
+    for (const std::string& algorithm : withMore({"nearest", "ours", "local:rate=30", "local:rate=300"}, more)) {
+      json error, off_mesh;  // Null where it refuses.
+      if (refusal(algorithm, model, spiral, surface).empty()) {
+        const Outcome outcome = algorithm == "nearest" ? exact : runTrial(algorithm, model, spiral, surface, 1);
+        error = judge(spiral, outcome.answers, 0.001).force_mse;
+        off_mesh = judge(mesh, outcome.answers, 0.001).force_mse;
+      }
+      all["mse"][algorithm].push_back(error);
+      if (algorithm != "nearest") all["mesh"][algorithm].push_back(off_mesh);
     }
   }
   return all;
@@ -145,10 +167,38 @@ void requirePage(const std::string& path) {
 
 struct ReportOptions {
   std::string output = "haptic-bench.html";
-  std::vector<std::string> results;
+  std::vector<std::string> results, algorithms;
 };
 
+/** Throws Failure for an algorithm that takes none of the page's kinds of models: before minutes, not after. */
+void requireSomeModel(const std::vector<std::string>& algorithms) {
+  const Surface surface{1000, 0, 0, 0};
+  constexpr std::pair<const char*, const char*> kKinds[] = {
+      {"sphere:stacks=4", "spiral"}, {"plane", "lissajous"}, {"ridge:degrees=45", "profile"}};
+  for (const std::string& one : algorithms) {
+    std::string reason;
+    const bool some = std::any_of(std::begin(kKinds), std::end(kKinds), [&](const auto& kind) {
+      const Model model = makeModel(kind.first);
+      reason = refusal(one, model, makeTrajectory(kind.second, model, surface), surface);
+      return reason.empty();
+    });
+    if (!some) throw Failure(reason);
+  }
+}
+
+/** What the page says of algorithms that it does not know. */
+json moreAsJson(const std::vector<std::string>& algorithms) {
+  json all = json::array();
+  for (const std::string& one : algorithms) {
+    const char* summary = findAlgorithm(one).summary;
+    all.push_back({{"name", one}, {"summary", summary == nullptr ? "" : summary}});
+  }
+  return all;
+}
+
 int run(const ReportOptions& options, const Common& common) {
+  requireNames(options.algorithms);
+  requireSomeModel(options.algorithms);
   requirePage(options.output);
   WholeFile page(options.output);
   draw({}, "--check", options.results);  // Before minutes of measurements, not after.
@@ -157,10 +207,11 @@ int run(const ReportOptions& options, const Common& common) {
   data["machine"] = describeMachine();
   data["versions"] = versions();
   data["rounds"] = common.rounds;
-  data["tables"] = tablesAsJson(paperTables(common.rounds));
+  data["more"] = moreAsJson(options.algorithms);
+  data["tables"] = tablesAsJson(paperTables(common.rounds, options.algorithms));
   tellTime("plots");
-  data["ridges"] = ridgesAsJson();
-  data["sweep"] = sweepAsJson();
+  data["ridges"] = ridgesAsJson(options.algorithms);
+  data["sweep"] = sweepAsJson(options.algorithms);
   draw(data, page.part(), options.results);
   page.keep();
   fmt::print("{}\n", options.output);
@@ -173,6 +224,9 @@ void addReport(CLI::App& app, Run& chosen) {
   auto options = std::make_shared<ReportOptions>();
   CLI::App* sub = app.add_subcommand("report", "One HTML page with tables and plots, for a paper");
   sub->add_option("FILE", options->output, "The page")->capture_default_str();
+  sub->footer(algorithmHelp());
+  sub->add_option("-a,--algorithm", options->algorithms,
+                  "More algorithms for its tables and plots, as for run; after FILE");
   sub->add_option("--with", options->results, "Results of other subcommands to show on it: files that --csv wrote")
       ->check(CLI::ExistingFile)
       ->check([](const std::string& path) {

@@ -15,13 +15,10 @@ import matplotlib
 
 matplotlib.use("svg")
 import matplotlib.pyplot as plt  # noqa: E402
+import figures  # noqa: E402
 import results  # noqa: E402
+from palette import FAINT, INK, called, shorten  # noqa: E402
 
-INK, FAINT = "#26303a", "#8a949e"
-COLOURS = {"ours": "#00798c", "god-object": "#d1495b", "nearest": "#8a949e", "thesis": "#edae49", "local:rate=30": "#7b5ea7",
-           "local:rate=300": "#66a182", "voxel:cells=128": "#edae49"}
-# The yardstick lies broad below what is measured by it, and shows beside a curve that covers it.
-BROAD = {"lw": 5, "alpha": 0.45, "zorder": 1.5, "solid_capstyle": "butt"}
 STYLE = """
 body { font: 15px/1.45 sans-serif; color: #26303a; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
 table { border-collapse: collapse; margin: .6em 0 1.6em; font-variant-numeric: tabular-nums; }
@@ -29,11 +26,19 @@ th, td { text-align: right; padding: .2em .7em; border-bottom: 1px solid #e4e8ec
 th { border-bottom: 2px solid #8a949e; }
 dt { font-weight: bold; } dd { margin: 0 0 .4em 2em; }
 p.settings, figcaption { color: #5f6b76; } pre { background: #f4f6f8; padding: .8em; overflow-x: auto; }
+table.all { font-size: 12.5px; } table.all td { padding: .1em .5em; white-space: nowrap; } td.name { text-align: left; }
 figure { margin: 1em 0 2em; } svg { max-width: 100%; height: auto; }
 @media print {
   body { font-size: 10pt; margin: 0; } pre { white-space: pre-wrap; }
-  h2, h3, p.settings { break-after: avoid; } tr, pre, figure { break-inside: avoid; } table { width: 100%; }
+  h2, h3, p.settings { break-after: avoid; } tr, pre, figure { break-inside: avoid; } table { width: 100%; font-size: 8pt; }
+  th, td { padding: .15em .3em; } table.all { font-size: 6.5pt; }
 }
+"""
+
+# What is folded is printed too: a browser opens nothing for paper by itself.
+UNFOLD = """<script>
+addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((one) => { one.open = true; }));
+</script>
 """
 
 # Who is handed the page alone has neither the documentation nor the thesis.
@@ -55,7 +60,7 @@ published: local, with at most three facets; over the same tree as ours.</dd>
 <dt>thesis</dt><dd>What chapter 4 of <i>Multirate and Perceptual Techniques for Haptic Rendering in Virtual Environments</i> (PhD
 thesis, PERCRO, Scuola Superiore S. Anna) prints for its own machine and settings; table and figure numbers are its own.
 Not all settings are given there, so its numbers stand beside ours as a hint.</dd>
-</dl>
+{more}</dl>
 """
 
 
@@ -78,76 +83,6 @@ def svg(figure):
     return re.sub(r'(id="|href="#|url\(#)', rf"\g<1>f{svg.count}-", drawn)
 
 
-def look(name, **otherwise):
-    """Colour and line of an algorithm's curve."""
-    return {"color": COLOURS[name], "label": name, **otherwise, **(BROAD if name == "nearest" else {})}
-
-
-def column(table, name):
-    at = table["columns"].index(name)
-    return [float(row[at]) if row[at] != "-" else None for row in table["rows"]]
-
-
-def spheres(tables):
-    tables = [t for t in tables if "Table 4.1" in t["title"]]
-    figure, axes = plt.subplots(1, len(tables), figsize=(11, 3.4), sharey=True)
-    for axis, table in zip(axes, tables):
-        triangles = column(table, "triangles")
-        for name in ("god-object", "ours", "nearest"):
-            axis.loglog(triangles, column(table, name + " MSE"), "o-", ms=4, **look(name))
-        thesis = column(table, "thesis MSE")
-        if thesis[0] is not None:
-            axis.loglog(triangles, thesis, "s--", color=COLOURS["thesis"], label="thesis", ms=4)
-        axis.set_title(table["title"].split(": ")[1])
-        axis.set_xlabel("triangles")
-    axes[0].set_ylabel("force MSE [N²]")
-    axes[0].legend()
-    return svg(figure), ("Force error on spheres of ever more triangles, against the smooth sphere; settings as in the tables. The "
-                         "nearest point of the facets is the yardstick; what blurs them may lie a little below it.")
-
-
-def times(tables):
-    tables = [t for t in tables if "Table 4.1" in t["title"]]
-    figure, axis = plt.subplots(figsize=(5.5, 3.4))
-    for name in ("ours", "god-object", "nearest"):
-        axis.loglog(column(tables[-1], "triangles"), column(tables[-1], name + " us"), "o-", ms=4, **look(name))
-    axis.set_xlabel("triangles")
-    axis.set_ylabel("mean time of a step [µs]")
-    axis.set_title(tables[-1]["title"].split(": ")[1])
-    axis.legend()
-    return svg(figure), "What an answer costs: the mean over a run. The nearest point tries every triangle."
-
-
-def ridges(data):
-    figure, axes = plt.subplots(2, len(data), figsize=(11, 5.6), sharey="row", layout="constrained")
-    for k, ridge in enumerate(data):
-        for name, one in ridge["algorithms"].items():
-            x, z = zip(*one["proxy"])
-            axes[0][k].plot([1e3 * v for v in x], [1e3 * v for v in z], **look(name, lw=1.4))
-            axes[1][k].semilogy(ridge["t"], [max(e, 1e-6) for e in one["error"]], **look(name, lw=1))
-        x, z = zip(*ridge["hand"])
-        axes[0][k].plot([1e3 * v for v in x], [1e3 * v for v in z], ":", color=FAINT, lw=0.8, label="hand")
-        axes[0][k].set(xlim=(-12, 12), title=f"{ridge['degrees']}°", xlabel="x [mm]")
-        axes[1][k].set(ylim=(1e-4, 100), xlabel="time [s]")
-    axes[0][0].set_ylabel("z [mm]")
-    axes[0][-1].legend(fontsize=8, loc="upper right", bbox_to_anchor=(1.02, 1))
-    axes[1][0].set_ylabel("force error [N]")
-    return svg(figure), ("The ridges of table 4.3, stroked from left to right: above, the way of the contact point; below, the length "
-                         "of the force's error. A local proxy waits at the foot. At 75° and 85° the hand is in the air for part of "
-                         "the way, on the other side than it strokes.")
-
-
-def sweep(data):
-    figure, axis = plt.subplots(figsize=(5.5, 3.4))
-    for name, mse in data["mse"].items():
-        axis.loglog(data["stiffness"], mse, "o-", ms=4, **look(name))
-    axis.set_xlabel("stiffness [N/m]")
-    axis.set_ylabel("force MSE [N²]")
-    axis.legend()
-    return svg(figure), ("Force error over the surface's stiffness: "
-                         f"{data['model']}, {data['trajectory']}, 1 N, 10 s at 1 kHz, against the smooth sphere.")
-
-
 def heading(name):
     """A column's name as text has it, with units and degrees as print has them."""
     for plain, printed in ((r"\bMSE( \d+)?$", r"MSE\1 [N²]"), (r"\bus\b", "[µs]"), (r"\bs\b", "[s]"), (r" (\d+)\b", r" \1°")):
@@ -155,26 +90,74 @@ def heading(name):
     return name
 
 
+def more(algorithms):
+    """What there is to say of those that were asked for."""
+    return "".join(f"<dt>{html.escape(called(one['name']))}</dt><dd>{html.escape(one['summary'] or 'A plug-in.')}</dd>\n"
+                   for one in algorithms if f"<dt>{one['name']}</dt>" not in METHOD)
+
+
+def with_tails(table):
+    """The table's columns and rows with the 99th percentiles of its times, which a mean hides."""
+    tail = {(cell["algorithm"], cell["model"]): f"{s['median'] / 1e3:.4g}"
+            for cell in table["cells"] for s in cell["series"] if s["name"] == "p99"}
+    models = list(dict.fromkeys(cell["model"] for cell in table["cells"]))
+    if table["columns"][0] == "algorithm":
+        rows = [[*row, tail.get((row[0], models[-1]), "-")] for row in table["rows"]]
+        return [*table["columns"], table["columns"][-2].replace("us", "p99 us")], rows
+    names = [column.removesuffix(" us") for column in table["columns"] if column.endswith(" us") and column != "thesis us"]
+    rows = [[*row, *(tail.get((name, model), "-") for name in names)] for row, model in zip(table["rows"], models)]
+    return [*table["columns"], *(f"{name} p99 us" for name in names)], rows
+
+
 def table_html(table):
-    head = "".join(f"<th>{html.escape(heading(c))}</th>" for c in table["columns"])
-    rows = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>\n" for row in table["rows"])
+    columns, rows = with_tails(table)
+    for name in {cell["algorithm"] for cell in table["cells"]}:
+        columns = [c.replace(f"{name} ", f"{called(name)} ") if c.startswith(f"{name} ") else c for c in columns]
+    head = "".join(f"<th>{html.escape(heading(c))}</th>" for c in columns)
+    rows = "".join("<tr>" + "".join(f"<td>{html.escape(called(c))}</td>" for c in row) + "</tr>\n" for row in rows)
     return (f"<h3>{html.escape(table['title'])}</h3>\n<p class=settings>{html.escape(table['settings'])}</p>\n"
             f"<table><tr>{head}</tr>\n{rows}</table>\n")
 
 
-def spread(tables, rounds):
-    """Medians of all rounds with their intervals: the numbers to cite. Of fewer than six rounds that is their range."""
-    what = "one round" if rounds == 1 else f"median of {rounds} rounds, {'95 % interval' if rounds >= 6 else 'range'}"
-    def figures(s):
-        if s["unit"] == "hash":
-            return f"<td>{int(s['median']):012x}</td><td></td>"
-        interval = "" if s["low"] == s["high"] else f"{s['low']:.4g} .. {s['high']:.4g}"
-        return f"<td>{s['median']:.6g}</td><td>{interval}</td>"
+# Factors to the units in which the page has them.
+SHOWN = {"ns": (1e-3, "µs"), "m": (1e3, "mm"), "s": (1e3, "ms"), "byte": (1e-3, "kB"), "N^2": (1, "N²")}
 
-    rows = "".join(f"<tr><td>{html.escape(s['name'])}</td>{figures(s)}<td>{html.escape(s['unit'])}</td></tr>\n"
-                   for t in tables for s in t["series"])
-    return (f"<details><summary>Every quantity: {what}</summary>\n<table><tr><th>quantity</th>"
-            f"<th>median</th><th>interval</th><th>unit</th></tr>\n{rows}</table></details>\n")
+
+def shown(s):
+    """A quantity with its interval."""
+    if s["unit"] == "samples":
+        return f"{s['median']:.0f}"
+    if s["unit"] == "hash":
+        return f"{int(s['median']):012x}"
+    median, low, high = (SHOWN.get(s["unit"], (1, ""))[0] * s[one] for one in ("median", "low", "high"))
+    low, high = f"{low:.4g}", f"{high:.4g}"
+    return f"{median:.4g}" + (f" ({low} .. {high})" if low != high else "")
+
+
+def quantities(table):
+    """Every quantity of a table's runs: errors, which repeat, and then times."""
+    units = {s["name"]: SHOWN.get(s["unit"], (1, s["unit"]))[1] for cell in table["cells"] for s in cell["series"]}
+    timed = [name for name in units if units[name] in ("µs", "ms")]
+    text = f"<h3>{html.escape(table['title'])}</h3>\n"
+    for names in ([name for name in units if name not in timed], timed):
+        head = "".join(f"<th>{html.escape(name)}{f' [{units[name]}]' if units[name] not in ('hash', 'samples') else ''}</th>" for name in names)
+        rows = ""
+        for cell in table["cells"]:
+            held = {s["name"]: shown(s) for s in cell["series"]}
+            rows += (f"<tr><td class=name>{html.escape(cell['model'])}</td><td class=name>{html.escape(called(cell['algorithm']))}</td>"
+                     + "".join(f"<td>{held.get(name, '-')}</td>" for name in names) + "</tr>\n")
+        text += f"<table class=all><tr><th>model</th><th>algorithm</th>{head}</tr>\n{rows}</table>\n"
+    return text
+
+
+def spread(tables, rounds):
+    """Medians of all rounds with their intervals: the numbers to cite."""
+    what = ("of one round" if rounds == 1 else
+            f"medians of {rounds} rounds, and behind each in brackets the "
+            + ("interval that holds the true one with 95 %" if rounds >= 6 else "range of the rounds"))
+    return (f"<h2>Every quantity</h2>\n<p>Times: {what}. Errors are the same in every round. Mean to max are of the steps of a "
+            "run, init is what loading takes, memory what it then holds, and forces a hash of all bits of all forces.</p>\n"
+            + "".join(map(quantities, tables)))
 
 
 def figure_html(drawn, words):
@@ -190,7 +173,7 @@ def added(path):
 
 def section_html(title, machine, figure, table):
     told = f"<pre>{html.escape(chr(10).join(machine))}</pre>\n" if machine else ""
-    drawn = figure_html(svg(figure), title) if figure else ""
+    drawn = figure_html(svg(figure), figure.get_label() or title) if figure else ""
     return (f"<h2>{html.escape(title)}</h2>\n{told}{drawn}"
             f"<details{'' if figure else ' open'}><summary>The figures</summary>\n{table}</details>\n")
 
@@ -202,14 +185,19 @@ def main():
             added(path)
         return
     data = json.load(sys.stdin)
-    plots = [spheres(data["tables"]), times(data["tables"]), ridges(data["ridges"]), sweep(data["sweep"])]
-    machine = "\n".join([f"hapticd {data['version']}", *data["machine"], *data["versions"], f"command: haptic-bench report --rounds {data['rounds']}",
+    shorten([one["name"] for one in data["more"]])
+    balls = [table for table in data["tables"] if "Table 4.1" in table["title"]]
+    plots = [figures.spheres(balls), figures.times(balls, data["rounds"]), figures.ridges(data["ridges"]), figures.sweep(data["sweep"])]
+    command = f"haptic-bench report --rounds {data['rounds']}" + (" -a " + " ".join(one["name"] for one in data["more"]) if data["more"] else "")
+    machine = "\n".join([f"hapticd {data['version']}", *data["machine"], *data["versions"], f"command: {command}",
                          "seeds: synthetic recording 1; everything else has no random part"])
-    page = ["<!doctype html>\n<html lang=en><meta charset=utf-8><title>haptic-bench</title>\n<style>", STYLE, "</style>\n",
-            "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n", METHOD, "<h2>Tables</h2>\n",
-            "<p>Times of a step: mean of a trajectory's steps, median of the rounds.</p>\n",
+    page = ["<!doctype html>\n<html lang=en><meta charset=utf-8><title>haptic-bench</title>\n<style>", STYLE, "</style>\n", UNFOLD,
+            "<h1>Three degrees of freedom, measured</h1>\n<pre>", html.escape(machine), "</pre>\n", METHOD.format(more=more(data["more"])),
+            "<h2>Tables</h2>\n",
+            "<p>Times of a step: mean of a trajectory's steps and their 99th percentile (p99), each the median of the rounds; their "
+            "intervals stand under \"Every quantity\".</p>\n",
             *map(table_html, data["tables"]), "<h2>Plots</h2>\n",
-            *(figure_html(drawn, words) for drawn, words in plots),
+            *(figure_html(svg(figure), words) for figure, words in plots),
             spread(data["tables"], data["rounds"]), *map(added, sys.argv[2:]), "</html>\n"]
     pathlib.Path(sys.argv[1]).write_text("".join(page), encoding="utf-8")
 

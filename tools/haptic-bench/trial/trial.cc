@@ -83,6 +83,16 @@ void requireAlgorithms(const std::vector<std::string>& algorithms, const Model& 
   for (const std::string& one : algorithms) (void)Algorithm(one, problem);
 }
 
+std::string refusal(const std::string& algorithm, const Model& model, const Trajectory& trajectory,
+                    const Surface& surface) {
+  try {
+    (void)Algorithm(algorithm, problemOf(model, trajectory, surface));
+    return {};
+  } catch (const Failure& failure) {
+    return failure.what();
+  }
+}
+
 Trial::Trial(std::string algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface)
     : algorithm_(std::move(algorithm)), model_(model), trajectory_(trajectory), surface_(surface) {}
 

@@ -32,6 +32,10 @@ struct Outcome {
 void requireAlgorithms(const std::vector<std::string>& algorithms, const Model& model, const Trajectory& trajectory,
                        const Surface& surface);
 
+/** Why it refuses its settings or the model; empty if it does not. */
+[[nodiscard]] std::string refusal(const std::string& algorithm, const Model& model, const Trajectory& trajectory,
+                                  const Surface& surface);
+
 /** One algorithm, a round at a time. Holds on to model and trajectory. */
 class Trial {
  public:

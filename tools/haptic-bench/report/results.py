@@ -10,8 +10,9 @@ import pathlib
 import re
 import sys
 
+from palette import FAINT, called, colour, look, shorten
+
 HERE = pathlib.Path(__file__).resolve().parent
-INK, FAINT = "#26303a", "#8a949e"
 
 
 def beside(path):
@@ -98,6 +99,76 @@ def cost(_, rows):
     return figure
 
 
+SWEPT = ("stiffness", "friction", "speed")
+LEAST = 1e-12  # What is less is rounding, and drawn as that: else it would stretch the axis over twenty decades.
+
+
+def swept(_, rows):
+    """Error over what was swept in most values; a panel for each value of the next, a line for each of the last."""
+    import matplotlib.pyplot as plt
+
+    found = {}
+    for (_, quantity, unit), values in rounds(rows).items():
+        if cell := re.fullmatch(r"(.*) k=(\S+) mu=(\S+) speed=(\S+) (force MSE|proxy RMS)", quantity):
+            found.setdefault((cell[5], unit), {})[cell[1], *map(float, cell.groups()[1:4])] = max(LEAST, estimate(values)[0])
+    if not found:
+        return None  # Nobody knows the truth of that way.
+    (what, unit), errors = next(iter(sorted(found.items())))
+    values = [sorted({key[1 + k] for key in errors}) for k in range(3)]
+    over, panel, line = sorted(range(3), key=lambda k: -len(values[k]))
+    wide = min(3, len(values[panel]))
+    figure, axes = plt.subplots(-(-len(values[panel]) // wide), wide, figsize=(3 + 2.7 * wide, 3.2 * -(-len(values[panel]) // wide)),
+                                sharex=True, sharey=True, squeeze=False, layout="constrained")
+    names = list(dict.fromkeys(key[0] for key in errors))
+    shorten(names)
+    for axis in axes.flat[len(values[panel]):]:
+        axis.set_axis_off()
+    for axis, of_panel in zip(axes.flat, values[panel]):
+        for name in names:
+            for of_line, style in zip(values[line], itertools.cycle(("-", "--", ":", "-."))):
+                points = [(key[1 + over], error) for key, error in sorted(errors.items())
+                          if key[0] == name and key[1 + panel] == of_panel and key[1 + line] == of_line]
+                label = called(name) + (f", {SWEPT[line]} {of_line:g}" if len(values[line]) > 1 else "")
+                axis.plot(*zip(*points), marker="o", ms=4, **look(name) | {"ls": style, "label": label})
+        axis.set(yscale="log", xlabel=SWEPT[over] + (" [N/m]" if over == 0 else ""), title=f"{SWEPT[panel]} {of_panel:g}")
+        if values[over][0] > 0:
+            axis.set_xscale("log")
+    axes[0][0].set_ylabel(f"{what} [{unit.replace('^2', '²')}]")
+    axes[0][-1].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+    figure.set_label(f"{rows[0]['benchmark']}: {what} over {SWEPT[over]}, against the truth of the trajectory"
+                     + (f"; what is below {LEAST:g} is drawn there" if min(errors.values()) == LEAST else "") + ".")
+    return figure
+
+
+def models(_, rows):
+    """What the forces of clients are off the smooth surface, over their rate: a column for each stiffness."""
+    import matplotlib.pyplot as plt
+
+    found = {}
+    for (_, quantity, _), values in rounds(rows).items():
+        if cell := re.fullmatch(r"(\S+) N/m (\S+)(?: at (\S+) Hz)? - smooth: (rms|change a tick)", quantity):
+            curve = found.setdefault(float(cell[1]), {}).setdefault((cell[4], cell[2]), [])
+            curve.append((cell[3] and float(cell[3]), estimate(values)[0]))
+    figure, axes = plt.subplots(2, len(found), figsize=(3 + 2.7 * len(found), 5.6), sharex=True, sharey="row", squeeze=False,
+                                layout="constrained")
+    for column, (stiffness, curves) in zip(axes.T, sorted(found.items())):
+        for (what, source), points in curves.items():
+            axis = column[int(what != "rms")]
+            if points[0][0] is None:
+                axis.axhline(points[0][1], ls="--", color=FAINT, label=f"{source} scene")
+            else:
+                axis.plot(*zip(*sorted(points)), marker="o", ms=4, color=colour(source), label=source)
+        column[0].set(title=f"{stiffness:g} N/m", xscale="log", yscale="log")
+        column[1].set(xlabel="rate of the client [Hz]", yscale="log")
+    axes[0][0].set_ylabel("force error, RMS [%]")
+    axes[1][0].set_ylabel("its most change in a tick [%]")
+    axes[0][-1].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+    figure.set_label("What a hand feels of a mesh by what a client sends, over its rate, against the smooth surface that the mesh stands "
+                     "for: above, the root mean square of the force's error; below, the most that it changes from one tick to the next; "
+                     "both as parts of the mean force. The native scene stands beside, flat as it is.")
+    return figure
+
+
 # Columns that tell whose file it is, the heading, how it is drawn.
 KINDS = [({"eigenvalue", "damping", "off", "on"}, "The closed loop: haptic-bench zwidth", zwidth),
          ({"slips_n", "held_n"}, "Cubes held by two fingers: haptic-bench grasp", lambda path, _: grasp(path, "CUBES", "grips")),
@@ -159,6 +230,10 @@ def kind(path, rows):
         return "A tick, by the size of the mesh: haptic-bench cost", cost
     if benchmark == "load":
         return "A busy machine: haptic-bench load", load
+    if benchmark and benchmark.startswith("sweep "):
+        return "Over stiffness, friction and speed: haptic-bench sweep", swept
+    if benchmark and benchmark.startswith("models, "):
+        return "By the rate of a client: haptic-bench models", models
     return (f"haptic-bench {benchmark}" if benchmark else pathlib.Path(path).name), None
 
 

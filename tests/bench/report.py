@@ -97,6 +97,8 @@ def faults(text):
         yield f"every quantity: {every}, of which hashes are no numbers that have lost their end"
     if "<details" in text[:text.index("<h2>Every quantity")] or "<details" in text[:text.index("A tick, by the size")]:
         yield "its own quantities are folded"
+    if text.count("<table class=c16>") != 3 or "table.c16 { font-size: " not in text:
+        yield "its widest tables do not fit on a sheet"
     if 'addEventListener("beforeprint"' not in text:
         yield "what is folded is not printed"
     if not re.search("stroke-dasharray[^>]*stroke: #d1495b", plots[2]):

@@ -30,10 +30,12 @@ table.all { font-size: 12.5px; } table.all td { padding: .1em .5em; white-space:
 figure { margin: 1em 0 2em; } svg { max-width: 100%; height: auto; }
 @media print {
   body { font-size: 10pt; margin: 0; } pre { white-space: pre-wrap; }
+  @page { margin: 14mm; }
   h2, h3, p.settings { break-after: avoid; } tr, pre, figure { break-inside: avoid; } table { width: 100%; font-size: 8pt; }
-  th, td { padding: .15em .3em; } table.all { font-size: 6.5pt; }
+  th, td { padding: .15em .3em; } table.all { font-size: 6.5pt; } table.all td { padding: .1em .3em; }
+  WIDE
 }
-"""
+""".replace("WIDE", " ".join(f"table.c{n} {{ font-size: {96 / n:.1f}pt; }}" for n in range(13, 40)))  # On a sheet they fit by their letters.
 
 # What is folded is printed too: a browser opens nothing for paper by itself.
 UNFOLD = """<script>
@@ -116,7 +118,7 @@ def table_html(table):
     head = "".join(f"<th>{html.escape(heading(c))}</th>" for c in columns)
     rows = "".join("<tr>" + "".join(f"<td>{html.escape(called(c))}</td>" for c in row) + "</tr>\n" for row in rows)
     return (f"<h3>{html.escape(table['title'])}</h3>\n<p class=settings>{html.escape(table['settings'])}</p>\n"
-            f"<table><tr>{head}</tr>\n{rows}</table>\n")
+            f"<table class=c{len(columns)}><tr>{head}</tr>\n{rows}</table>\n")
 
 
 # Factors to the units in which the page has them.
@@ -131,7 +133,7 @@ def shown(s):
         return f"{int(s['median']):012x}"
     median, low, high = (SHOWN.get(s["unit"], (1, ""))[0] * s[one] for one in ("median", "low", "high"))
     low, high = f"{low:.4g}", f"{high:.4g}"
-    return f"{median:.4g}" + (f" ({low} .. {high})" if low != high else "")
+    return f"{median:.4g}" + (f"<br><small>{low} .. {high}</small>" if low != high else "")
 
 
 def quantities(table):
@@ -153,7 +155,7 @@ def quantities(table):
 def spread(tables, rounds):
     """Medians of all rounds with their intervals: the numbers to cite."""
     what = ("of one round" if rounds == 1 else
-            f"medians of {rounds} rounds, and behind each in brackets the "
+            f"medians of {rounds} rounds, and below each the "
             + ("interval that holds the true one with 95 %" if rounds >= 6 else "range of the rounds"))
     return (f"<h2>Every quantity</h2>\n<p>Times: {what}. Errors are the same in every round. Mean to max are of the steps of a "
             "run, init is what loading takes, memory what it then holds, and forces a hash of all bits of all forces.</p>\n"

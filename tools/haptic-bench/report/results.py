@@ -129,7 +129,7 @@ def swept(_, rows):
                 points = [(key[1 + over], error) for key, error in sorted(errors.items())
                           if key[0] == name and key[1 + panel] == of_panel and key[1 + line] == of_line]
                 label = called(name) + (f", {SWEPT[line]} {of_line:g}" if len(values[line]) > 1 else "")
-                axis.plot(*zip(*points), marker="o", ms=4, **look(name) | {"ls": style, "label": label})
+                axis.plot(*zip(*points), marker="o", ms=4, **look(name) | ({"ls": style} if len(values[line]) > 1 else {}) | {"label": label})
         axis.set(yscale="log", xlabel=SWEPT[over] + (" [N/m]" if over == 0 else ""), title=f"{SWEPT[panel]} {of_panel:g}")
         if values[over][0] > 0:
             axis.set_xscale("log")

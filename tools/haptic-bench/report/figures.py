@@ -101,4 +101,4 @@ def sweep(data):
                     "that gap, and on a stiff surface this is most of the error. A slow client's plane is held while the hand goes on "
                     "beyond its facet, where it lies above the mesh: that makes up for part of the gap, and so 30 Hz may beat ours on a "
                     "stiff surface, by one error that hides another. Right, the truth is what the nearest point of the facets answers: "
-                    "there the plane has nothing to make up for.")
+                    "there the plane has nothing to make up for, and ours is off at single samples, at which two facets are equally near.")

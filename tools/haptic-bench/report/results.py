@@ -99,8 +99,41 @@ def cost(_, rows):
     return figure
 
 
-SWEPT = ("stiffness", "friction", "speed")
 LEAST = 1e-12  # What is less is rounding, and drawn as that: else it would stretch the axis over twenty decades.
+
+
+def below(errors):
+    """What there is to say of errors that are less."""
+    return f"; what is below {LEAST:g} is drawn there" if min(errors) <= LEAST else ""
+
+
+def ran(_, rows):
+    """Error over time of a step, a point for each algorithm: to the left and below is better."""
+    import matplotlib.pyplot as plt
+
+    found = {}
+    for (_, quantity, unit), values in rounds(rows).items():
+        if one := re.fullmatch(r"(.*) (force MSE|proxy RMS|mean|p99)", quantity):
+            found.setdefault(one[1], {})[one[2]] = (unit, estimate(values))
+    what = next((error for error in ("force MSE", "proxy RMS") if all(error in one for one in found.values())), None)
+    if len(found) < 2 or not what:
+        return None  # Nothing to compare, or nobody knows the truth of that way.
+    shorten(found)
+    figure, axis = plt.subplots(figsize=(6, 3.6))
+    for name, one in found.items():
+        (unit, (error, _, _)), (_, mean), (_, tail) = one[what], one["mean"], one["p99"]
+        median, low, high = (value / 1e3 for value in mean)
+        error = max(LEAST, error)
+        axis.errorbar(median, error, xerr=[[median - low], [high - median]], fmt="o", ms=6, capsize=3, color=colour(name), label=called(name))
+        axis.plot(tail[0] / 1e3, error, "^", ms=5, mfc="none", color=colour(name))
+    axis.set(xscale="log", yscale="log", xlabel="time of a step [µs]", ylabel=f"{what} [{unit.replace('^2', '²')}]")
+    axis.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+    figure.set_label(f"{rows[0]['benchmark']}: {what} against the truth of the trajectory, over the time of a step: circles are the mean, with "
+                     f"the interval of the rounds, triangles the 99th percentile{below(one[what][1][0] for one in found.values())}.")
+    return figure
+
+
+SWEPT = ("stiffness", "friction", "speed")
 
 
 def swept(_, rows):
@@ -136,7 +169,7 @@ def swept(_, rows):
     axes[0][0].set_ylabel(f"{what} [{unit.replace('^2', '²')}]")
     axes[0][-1].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
     figure.set_label(f"{rows[0]['benchmark']}: {what} over {SWEPT[over]}, against the truth of the trajectory"
-                     + (f"; what is below {LEAST:g} is drawn there" if min(errors.values()) == LEAST else "") + ".")
+                     f"{below(errors.values())}.")
     return figure
 
 
@@ -230,10 +263,11 @@ def kind(path, rows):
         return "A tick, by the size of the mesh: haptic-bench cost", cost
     if benchmark == "load":
         return "A busy machine: haptic-bench load", load
-    if benchmark and benchmark.startswith("sweep "):
-        return "Over stiffness, friction and speed: haptic-bench sweep", swept
-    if benchmark and benchmark.startswith("models, "):
-        return "By the rate of a client: haptic-bench models", models
+    for begin, title, draw in (("run ", "Algorithms: haptic-bench run", ran),
+                               ("sweep ", "Over stiffness, friction and speed: haptic-bench sweep", swept),
+                               ("models, ", "By the rate of a client: haptic-bench models", models)):
+        if benchmark and benchmark.startswith(begin):
+            return title, draw
     return (f"haptic-bench {benchmark}" if benchmark else pathlib.Path(path).name), None
 
 

@@ -101,10 +101,12 @@ def faults(text):
         yield f"every quantity: {every}, of which hashes are no numbers that have lost their end"
     if "<details" in text[:text.index("<h2>Every quantity")] or "<details" in text[:text.index("A tick, by the size")]:
         yield "its own quantities are folded"
-    if text.count("<table class=c16>") != 3 or "table.c16 { font-size: " not in text:
+    if text.count("<table class=c16>") != 3 or text.count("table.c16 { font-size: ") != 2:
         yield "its widest tables do not fit on a sheet"
     if "99th percentile; what is below 1e-12 is drawn there" not in text:
         yield "that an exact answer has no logarithm is not told"
+    if (begun := text.count("<table")) == 0 or text.count("<thead><tr><th>") != begun:
+        yield "a table that goes on on the next sheet has no heads of its columns there"
     if 'addEventListener("beforeprint"' not in text:
         yield "what is folded is not printed"
     if not re.search("stroke-dasharray[^>]*stroke: #d1495b", plots[2]):

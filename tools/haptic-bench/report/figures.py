@@ -61,7 +61,8 @@ def times(tables, rounds):
     axes[0].plot([], [], "^:", color=FAINT, lw=1, ms=4, label="99th percentile")
     axes[0].legend(fontsize=8)
     return figure, ("What an answer costs: circles are the mean over a run, triangles its 99th percentile, both medians of the rounds. "
-                    f"{bars_are(rounds)}. The nearest point tries every triangle.")
+                    f"{bars_are(rounds)}. Where the mean lies above the percentile, a few steps took very long, as by other work of the "
+                    "machine. The nearest point tries every triangle.")
 
 
 def ridges(data):

@@ -31,11 +31,12 @@ figure { margin: 1em 0 2em; } svg { max-width: 100%; height: auto; }
 @media print {
   body { font-size: 10pt; margin: 0; } pre { white-space: pre-wrap; }
   @page { margin: 14mm; }
-  h2, h3, p.settings { break-after: avoid; } tr, pre, figure { break-inside: avoid; } table { width: 100%; font-size: 8pt; }
+  h2, h3, p.settings { break-after: avoid; } tr, pre, figure { break-inside: avoid; } table { width: 100%; font-size: 7.4pt; }
   th, td { padding: .15em .3em; } table.all { font-size: 6.5pt; } table.all td { padding: .1em .3em; }
-  WIDE
 }
-""".replace("WIDE", " ".join(f"table.c{n} {{ font-size: {96 / n:.1f}pt; }}" for n in range(13, 40)))  # On a sheet they fit by their letters.
+"""
+# Wide tables fit by their letters, on the screen and on a sheet.
+STYLE += "".join(f"table.c{n} {{ font-size: {210 / n:.1f}px; }} @media print {{ table.c{n} {{ font-size: {96 / n:.1f}pt; }} }}\n" for n in range(14, 40))
 
 # What is folded is printed too: a browser opens nothing for paper by itself.
 UNFOLD = """<script>
@@ -118,7 +119,7 @@ def table_html(table):
     head = "".join(f"<th>{html.escape(heading(c))}</th>" for c in columns)
     rows = "".join("<tr>" + "".join(f"<td>{html.escape(called(c))}</td>" for c in row) + "</tr>\n" for row in rows)
     return (f"<h3>{html.escape(table['title'])}</h3>\n<p class=settings>{html.escape(table['settings'])}</p>\n"
-            f"<table class=c{len(columns)}><tr>{head}</tr>\n{rows}</table>\n")
+            f"<table class=c{len(columns)}><thead><tr>{head}</tr></thead>\n{rows}</table>\n")
 
 
 # Factors to the units in which the page has them.
@@ -148,7 +149,7 @@ def quantities(table):
             held = {s["name"]: shown(s) for s in cell["series"]}
             rows += (f"<tr><td class=name>{html.escape(cell['model'])}</td><td class=name>{html.escape(called(cell['algorithm']))}</td>"
                      + "".join(f"<td>{held.get(name, '-')}</td>" for name in names) + "</tr>\n")
-        text += f"<table class=all><tr><th>model</th><th>algorithm</th>{head}</tr>\n{rows}</table>\n"
+        text += f"<table class=all><thead><tr><th>model</th><th>algorithm</th>{head}</tr></thead>\n{rows}</table>\n"
     return text
 
 

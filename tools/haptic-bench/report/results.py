@@ -273,7 +273,7 @@ def kind(path, rows):
 
 def table(header, rows):
     cells = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>\n" for row in rows)
-    return f"<table><tr>{''.join(f'<th>{html.escape(name)}</th>' for name in header)}</tr>\n{cells}</table>"
+    return f"<table><thead><tr>{''.join(f'<th>{html.escape(name)}</th>' for name in header)}</tr></thead>\n{cells}</table>"
 
 
 def summary(rows):

@@ -88,6 +88,8 @@ def faults(text):
                      (-1, {"300 N/m", "1000 N/m", "plane", "force", "native scene", "rate of the client [Hz]"})):
         if lacks := words - drawn[k]:
             yield f"figure {k} lacks {lacks}"
+    if any("<g id=\"f%d-legend_1\"" % (k + 1) in axes for k in (0, 1, 3) for axes in [plots[k][:plots[k].index("-axes_2\"")]]):
+        yield "a legend covers curves"
     balls = [row for row in rows if row[0] in ("triangles", "3968", "16128")][:3]
     if [row[-4:] for row in balls][0] != ["ours p99 [µs]", "god-object p99 [µs]", "nearest p99 [µs]", "idle.so p99 [µs]"]:
         yield f"the first table has no 99th percentiles: {balls[0]}"

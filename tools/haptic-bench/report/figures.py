@@ -23,6 +23,11 @@ def curves(table):
     return {name: found[name] for name in in_order(found)}
 
 
+def name_beside(axes):
+    """The legend, beside the last: the more algorithms there are, the more curves it would cover."""
+    axes[-1].legend(*axes[0].get_legend_handles_labels(), fontsize=8, loc="upper left", bbox_to_anchor=(1, 1))
+
+
 def bars_are(rounds):
     """What an interval of medians is, in words."""
     if rounds == 1:
@@ -41,9 +46,9 @@ def spheres(tables):
         axis.set_title(table["title"].split(": ")[1])
         axis.set_xlabel("triangles")
     axes[0].set_ylabel("force MSE [N²]")
-    axes[0].legend()
+    name_beside(axes)
     return figure, ("Force error on spheres of ever more triangles, against the smooth sphere; settings as in the tables. The nearest "
-                    "point of the facets is the yardstick; what blurs them may lie a little below it. Errors are the same in every "
+                    "point of the facets is the yardstick; what blurs them may lie below it. Errors are the same in every "
                     "round, and have no interval.")
 
 
@@ -59,7 +64,7 @@ def times(tables, rounds):
         axis.set(xscale="log", yscale="log", title=table["title"].split(": ")[1], xlabel="triangles")
     axes[0].set_ylabel("time of a step [µs]")
     axes[0].plot([], [], "^:", color=FAINT, lw=1, ms=4, label="99th percentile")
-    axes[0].legend(fontsize=8)
+    name_beside(axes)
     return figure, ("What an answer costs: circles are the mean over a run, triangles its 99th percentile, both medians of the rounds. "
                     f"{bars_are(rounds)}. Where the mean lies above the percentile, a few steps took very long, as by other work of the "
                     "machine. The nearest point tries every triangle.")
@@ -96,7 +101,7 @@ def sweep(data):
             axis.loglog(data["stiffness"], [math.nan if e is None else e for e in errors[name]], marker="o", ms=4, **look(name))
         axis.set(title=truth, xlabel="stiffness [N/m]")
     axes[0].set_ylabel("force MSE [N²]")
-    axes[0].legend()
+    name_beside(axes)
     return figure, (f"Force error over the surface's stiffness: {data['model']}, {data['trajectory']}, 1 N, 10 s at 1 kHz. Left, the truth is "
                     "the smooth sphere: the facets lie inside of it, so what feels them exactly pushes too little, by the stiffness times "
                     "that gap, and on a stiff surface this is most of the error. A slow client's plane is held while the hand goes on "

@@ -174,6 +174,31 @@ TEST_F(EventsTest, ACallbackThatThrowsHearsTheNextEventStill) {
   haptic_events_close(events);
 }
 
+/** "Handles may be closed in any order", and neither is said to block. */
+TEST_F(EventsTest, ACallbackMayEndItsConnectionAndItself) {
+  struct Last {
+    haptic_client* client = nullptr;
+    haptic_events* events = nullptr;
+    std::atomic<int> calls{0};
+  } last;
+  haptic_connect_options to = HAPTIC_CONNECT_OPTIONS_INIT;
+  const std::string path = socket();
+  to.socket = path.c_str();
+  ASSERT_EQ(haptic_connect(&to, &last.client, nullptr), HAPTIC_OK);
+  haptic_events_options options = HAPTIC_EVENTS_OPTIONS_INIT;
+  options.user = &last;
+  options.callback = [](const haptic_event*, void* user) {
+    auto& l = *static_cast<Last*>(user);
+    haptic_disconnect(l.client);
+    haptic_events_close(l.events);
+    ++l.calls;
+  };
+  ASSERT_EQ(haptic_events_open(last.client, &options, &last.events, nullptr), HAPTIC_OK);
+  EXPECT_ANY_THROW(daemon_->send({1, 2})) << "whoever would have answered has gone";
+  EXPECT_TRUE(eventually([&] { return last.calls == 1; }));
+  EXPECT_TRUE(eventually([&] { return daemon_->seen().subscriptions == 0; }));
+}
+
 TEST(EventNames, EachKindHasOne) {
   EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_TOUCH), "touch");
   EXPECT_STREQ(haptic_event_name(HAPTIC_EVENT_OBJECT_CHANGED), "object-changed");

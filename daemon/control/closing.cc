@@ -72,19 +72,23 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
     if (other->link == link) names.push_back(other->name);
   }
   if (auto r = devices_.endServo(*device.link); !r) return r;  // It may yet write what sessions that ended have mapped.
-  const SessionManager::Ended ended = sessions_.takeEnded(*link);
   try {
+    drain(*link);  // Whoever closes as soon as he may does so before the next poll().
     tellMissed(*link, true);
   } catch (const std::bad_alloc&) {  // The devices must go all the same.
     events_.lost(1);
   }
+  const SessionManager::Ended ended = sessions_.takeEnded(*link);
   const auto closed = devices_.close(device);
   if (!closed) return closed.error();
   recordings_.groupClosed(*link);
   wanted_.closed(group, std::move(canonical));
   events_dropped_.erase(link);
   missed_.erase(link);
-  for (const std::string& name : names) publish(EventKind::kDeviceRemoved, name);
+  for (const std::string& name : names) {
+    tellDisarmed(name);
+    publish(EventKind::kDeviceRemoved, name);
+  }
   if (closed->empty()) return {};
   return Error{ErrorCode::kTimeout, closed->front(), "it is out of use, but its driver does not let go of it",
                "unplug it, or restart hapticd; it can be opened again once its driver has come back"};

@@ -293,6 +293,8 @@ class Core {
   void refuse(PendingArm& arm) noexcept;
   void pollListed();
   void pollDisarmed();
+  /** Of a device that is closed: nothing is on its way to it any more. */
+  void tellDisarmed(const std::string& name) noexcept;
   void pollLeft();
   void leave(Client& client);
   void forgetDisarmed(const std::string& name);

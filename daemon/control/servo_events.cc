@@ -204,6 +204,15 @@ void Core::forgetDisarmed(const std::string& name) {
   disarmed_.erase(std::remove_if(disarmed_.begin(), disarmed_.end(), is), disarmed_.end());
 }
 
+void Core::tellDisarmed(const std::string& name) noexcept {
+  for (auto it = std::ranges::find(disarmed_, name, &Event::device); it != disarmed_.end();
+       it = std::ranges::find(disarmed_, name, &Event::device)) {
+    log::info("{}: disarmed", name);
+    events_.publish(*it);
+    disarmed_.erase(it);
+  }
+}
+
 /** The servo has disarmed them; that is told when no thread of the driver's has anything else on its way any more. */
 void Core::pollDisarmed() {
   for (auto it = disarmed_.begin(); it != disarmed_.end();) {

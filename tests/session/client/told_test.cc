@@ -84,6 +84,29 @@ TEST_F(Told, ADeviceIsAddedOnce) {
   EXPECT_EQ(heard(EventKind::kDeviceRemoved).size(), 1u);
 }
 
+/** Whoever asks for that again and again is heard in the moment in which the servo has disarmed it. */
+TEST_F(Told, ADeviceThatIsClosedAsSoonAsItMayIsDisarmedBefore) {
+  Session* const session = bench.live();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  bench.core.sessions().end(session->id, "test");
+  bench.client.reset();
+  bool closed = false;
+  for (int i = 0; i < 2000 && !closed; ++i) {
+    bench.core.poll();
+    bench.core.devices().links().front()->group().step();
+    closed = bench.core.closeDevice("test://first", bench.administration).ok();
+  }
+  ASSERT_TRUE(closed);
+  bench.step(2);
+  std::vector<EventKind> told;
+  for (const Event& event : hub().take(listener).events) {
+    if (event.kind == EventKind::kArmed || event.kind == EventKind::kDisarmed ||
+        event.kind == EventKind::kDeviceRemoved)
+      told.push_back(event.kind);
+  }
+  EXPECT_EQ(told, (std::vector{EventKind::kArmed, EventKind::kDisarmed, EventKind::kDeviceRemoved}));
+}
+
 TEST_F(Told, WhatTheAdministratorsOwnCodeOpenedStays) {
   ASSERT_TRUE(bench.core.openDevice("sim://default?mass=0.3").ok());
   bench.step(50);

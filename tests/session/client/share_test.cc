@@ -49,6 +49,8 @@ TEST(OutboxShares, WhatHasGoneIsCountedNoMore) {
     outbox.push(Command{});
     for (std::uint64_t one = round; one < round + 3; ++one) outbox.push(Command{}, one);
     EXPECT_EQ(outbox.of(round), 1u);
+    outbox.pop();
+    EXPECT_EQ(outbox.of(round), 1u) << "the daemon's own was nobody's";
     while (!outbox.empty()) outbox.pop();
     EXPECT_EQ(outbox.of(round), 0u);
   }
@@ -56,6 +58,7 @@ TEST(OutboxShares, WhatHasGoneIsCountedNoMore) {
   std::uint64_t late = Outbox::kMostGivers;
   while (outbox.hasRoomFor(++late)) outbox.push(Command{}, late);
   EXPECT_EQ(outbox.of(Outbox::kOthers), (kPlaces - Outbox::kMostGivers) / 2) << "who comes late shares one share";
+  EXPECT_EQ(outbox.of(Outbox::kMostGivers + 1), 0u) << "the first of them, too";
   EXPECT_TRUE(outbox.hasRoomFor(1));
   outbox.push(Command{}, ~std::uint64_t{3});
   EXPECT_EQ(outbox.of(~std::uint64_t{3}), 1u) << "not so what has a share of its own";

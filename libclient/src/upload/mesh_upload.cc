@@ -220,7 +220,7 @@ int haptic_upload_weld(haptic_upload* upload, double distance_m, haptic_error* e
   return client::edge(error, [&]() -> Failure {
     if (Failure failure = closed(upload)) return failure;
     const auto distance = static_cast<float>(distance_m);
-    if (distance != 0 && !(distance >= HD_MIN_WELD && distance <= HD_MAX_WELD)) {
+    if (distance_m != 0 && !(distance >= HD_MIN_WELD && distance <= HD_MAX_WELD)) {
       return client::badArgument("distance_m", "is " + client::textOf(distance_m), "give 0, or 1e-6 to 0.01 m");
     }
     static_cast<hd_mesh_upload*>(upload->mapping.address())->weld_m = distance;

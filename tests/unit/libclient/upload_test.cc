@@ -89,7 +89,7 @@ TEST_F(UploadTest, WhoWaitsForEverGetsTheMesh) {
 TEST_F(UploadTest, AWeldingDistanceTravelsWithTheMesh) {
   auto upload = client_->scene().beginUpload(4, 4);
   ASSERT_TRUE(upload);
-  for (const double bad : {-1e-6, 0.9e-6, 0.0101, 1e300}) {
+  for (const double bad : {-1e-6, 0.9e-6, 1e-50, 0.0101, 1e300}) {
     EXPECT_EQ(upload->weld(bad).error().where, "distance_m") << bad;
   }
   ASSERT_TRUE(upload->weld(1e-4));

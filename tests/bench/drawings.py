@@ -14,6 +14,8 @@ CELL = 'load,"3024 triangles, idle, native: period mean",us,1,{}\n' + "".join(
 WALL = ("rate_hz,delay_ticks,step_m,friction_n,damping,colgate,colgate_delayed,friction_limit,eigenvalue,slowest,off,on,displayed,"
         "buzz_off,buzz_on\n1000,0,1e-05,0.1,0,1000,1000,20000,13000,13000,{},118000,1,0,0\n")
 
+OTHER = "case,response,rate_hz,overlap_m\nball on ball,impulse,500,1e-05\n"
+
 
 HELD = ("mass_kg,friction,stiffness,hold,slips_n,fell,held_n\n0.1,0.4,500,1,1.2,1,{}\n# said\n"
         "condition,lever_m,wanted_deg,mass_kg,person,off_deg,error_deg,slid_m,lost\n"
@@ -116,6 +118,9 @@ def main():
             draw(script, b"\xef\xbb\xbf# cpu: as a spreadsheet saves it\n" + good, "out.svg", "")
             draw(script, good, "none/out.svg", "cannot be written")
             draw(script, good, "out.nonsense", "cannot be written")
+        good = WALL.format(1000)
+        draw("zwidth/plot.py", (OTHER + good + LOAD + CELL.format(1000)).encode(), "out.svg", "")  # As compare takes it.
+        draw("zwidth/plot.py", (good + "1,2\n").encode(), "out.svg", "holds nothing")
 
 
 if __name__ == "__main__":

@@ -16,17 +16,31 @@ THEORY = [("eigenvalue", "eigenvalue limit", {"color": INK, "lw": 1.2}),
 COLUMNS = {name for name, *_ in THEORY} | {"rate_hz", "delay_ticks", "step_m", "friction_n", "damping", "off", "on"}
 
 
+def is_number(field):
+    try:
+        float(field)
+    except ValueError:
+        return False
+    return True
+
+
 def load(path):
+    """The rows of all its tables of walls."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             lines = [line for line in file if not line.startswith("#")]
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"plot.py: {path}: it cannot be read: {error}")
+    header, rows = [], []
     try:
-        rows = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(lines)]
-    except (TypeError, ValueError):
+        for fields in filter(None, csv.reader(lines)):
+            if not any(map(is_number, fields)):  # Of another table, as compare and report have it.
+                header = fields
+            elif COLUMNS <= set(header):
+                rows.append(dict(zip(header, map(float, fields), strict=True)))
+    except (ValueError, csv.Error):
         rows = []
-    if not rows or not COLUMNS <= rows[0].keys():
+    if not rows:
         sys.exit(f"plot.py: {path}: holds nothing that haptic-bench zwidth --csv has written")
     return rows
 

@@ -120,6 +120,10 @@ def main():
             draw(script, good, "out.nonsense", "cannot be written")
         good = WALL.format(1000)
         draw("zwidth/plot.py", (OTHER + good + LOAD + CELL.format(1000)).encode(), "out.svg", "")  # As compare takes it.
+        row = good.splitlines(keepends=True)[1]
+        other = row.replace("1000,0,", "1000,1,", 1) + row.replace("1000,0,", "2000,0,", 1)  # Without 2000,1: it was ended.
+        for given in (good + other, good.replace(row, other)):
+            draw("zwidth/plot.py", given.encode(), "out.svg", "")
         draw("zwidth/plot.py", (good + "1,2\n").encode(), "out.svg", "holds nothing")
 
 

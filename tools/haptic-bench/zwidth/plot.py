@@ -76,11 +76,13 @@ def draw(rows):
                                 sharex=True, sharey="row")
     for i, rate in enumerate(rates):
         for j, delay in enumerate(delays):
-            panel(grid[i][j], [row for row in rows if row["rate_hz"] == rate and row["delay_ticks"] == delay])
+            walls = [row for row in rows if row["rate_hz"] == rate and row["delay_ticks"] == delay]
+            if walls:  # Else the sweep was ended before it came here.
+                panel(grid[i][j], walls)
         grid[i][0].set_ylabel("stiffness K [N/m]")
     for axes in grid[-1]:
         axes.set_xlabel("damping of the wall B [N s/m]")
-    handles, labels = grid[0][0].get_legend_handles_labels()
+    handles, labels = next(lines for axes in grid.flat if any(lines := axes.get_legend_handles_labels()))
     figure.legend(handles, labels, loc="lower center", ncol=4 if len(delays) > 1 else 1, frameon=False, fontsize=9)
     figure.tight_layout(rect=(0, 0.5 / figure.get_figheight() if len(delays) > 1 else 1.5 / figure.get_figheight(), 1, 1))
     return figure

@@ -420,6 +420,14 @@ TEST(Measured, ContactsThatLieNowhereNearTheMeshAreRefused) {
   Recording r = record(handling(m), apparatus());
   EXPECT_THAT([&] { (void)onSurface(r, wrong, m); },
               ThrowsMessage<Failure>(HasSubstr(" mm rms off the surface of a mesh of ")));
+
+  MeasuredOptions elsewhere = options();
+  elsewhere.registered = true;
+  elsewhere.first_guess = apparatus().X_OM.inverse();
+  EXPECT_NO_THROW((void)onSurface(r, elsewhere, m));
+  elsewhere.first_guess.p.z() += 0.5;  // Nothing that a registration would mend is mended then.
+  EXPECT_THAT([&] { (void)onSurface(r, elsewhere, m); },
+              ThrowsMessage<Failure>(HasSubstr("which registered=1 takes as they are")));
 }
 
 TEST(Measured, UnitsThatNoHandSurvivesAreNamedWithTheirLine) {

@@ -39,14 +39,20 @@ Measured onSurface(const Recording& recording, const MeasuredOptions& options, c
                 "see scale of the mesh, tip_x, tip_y and tip_z, the order of the quaternion, and the first guess");
   }
   const Pose& X_MO = measured.registration.X_MO;
-  double outward = 0;
+  double outward = 0, squares = 0;
   for (auto s = first; s != last; ++s) {
     const Vec3 tip = X_MO * s->tip_O, force = touches(*s) ? X_MO.q * s->force_O : Vec3(Vec3::Zero());
     const SurfacePoint at = surface.find(tip);
     const Vec3 normal = at.outward(tip);
+    const double off = (at.inside ? -at.distance : at.distance) - options.tip_radius;
+    if (touches(*s)) squares += off * off;
     outward += force.dot(normal);
     measured.out.push_back(
         {s->t_s - first->t_s, tip - options.tip_radius * normal, normal, std::max(0.0, force.dot(normal))});
+  }
+  if (options.registered) {
+    requireNear(model, std::sqrt(squares / measured.contacts), "recording: its contacts",
+                "see x, y, z and turn_x ..., which registered=1 takes as they are, and scale of the mesh");
   }
   if (outward <= 0) {
     throw Failure("recording", "its forces pull the probe into the surface",

@@ -32,6 +32,16 @@ TEST(ZwidthTheory, ColgatesGeneralConditionIsTheSimpleOneWithoutDelay) {
   EXPECT_DOUBLE_EQ(frictionLimit(0.1, 1e-5), 20000);
 }
 
+TEST(ZwidthTheory, ATickOfDelayTurnsTheWallsDampingAgainstIt) {
+  // b + B cos 2x > K T/2 (1 + 2 cos x). By c = cos x: the narrowest place is 2 c = sqrt(2 b / B - 1) - 1, or c = 1.
+  for (const double damping : {0.0, 0.2, 0.39, 0.41, 1.0, 1.9}) {
+    const double within = 2 * damping * (std::sqrt(2 * 2 / damping - 1) - 1) / 1e-3;
+    const double at_rest = 2 * (2 + damping) / (3 * 1e-3);
+    EXPECT_NEAR(colgateDelayed(2, damping, 1e-3, 1), 5 * damping > 2 ? within : at_rest, 1e-2) << damping;
+  }
+  for (const std::uint32_t delay : {0u, 1u, 2u, 5u}) EXPECT_EQ(colgateDelayed(2, 2.01, 1e-3, delay), 0) << delay;
+}
+
 /** Whether the linear loop, simulated tick by tick with two thousand steps of Euler's in each, dies away. */
 bool decays(const Loop& loop, double stiffness, double damping, std::uint32_t window) {
   const hapticd::SimParameters& p = loop.device.parameters;

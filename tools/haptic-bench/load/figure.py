@@ -18,27 +18,32 @@ MARKERS = "osD^v"  # By rate.
 
 def read(path):
     """{quantity: {(triangles, level, source, rate): median over the rounds}}; the machine's lines."""
-    values, machine = {}, []
+    machine = []
     try:
         with open(path, encoding="utf-8-sig") as file:
             lines = [line for line in file if not (line.startswith("#") and machine.append(line[2:].strip()) is None)]
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"figure.py: {path}: it cannot be read: {error}")
-    rows = csv.DictReader(lines)
-    for row in rows:
+    return gather(path, csv.DictReader(lines)), machine
+
+
+def gather(path, rows):
+    """The first of read(), of these rows."""
+    values = {}
+    for number, row in enumerate(rows, 1):
         match = NAME.fullmatch(row.get("quantity") or "")
         try:
             value = float(row.get("value") or "")
         except ValueError:
             match = None
         if row.get("benchmark") != "load" or not match:
-            sys.exit(f"figure.py: {path}: row {rows.line_num - 1} is not of haptic-bench load --csv")
+            sys.exit(f"figure.py: {path}: row {number} is not of haptic-bench load --csv")
         triangles, level, source, rate, quantity = match.groups()
         key = (int(triangles), level, source, float(rate or 0))
         values.setdefault(quantity, {}).setdefault(key, []).append(value)
     if lacks := [quantity for quantity, *_ in ROWS if quantity not in values]:
         sys.exit(f"figure.py: {path}: holds no {lacks[0]} of haptic-bench load --csv")
-    return {q: {key: statistics.median(v) for key, v in cells.items()} for q, cells in values.items()}, machine
+    return {q: {key: statistics.median(v) for key, v in cells.items()} for q, cells in values.items()}
 
 
 def ordered(keys):

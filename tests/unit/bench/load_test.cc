@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/load/built_surface.h"
 #include "tools/haptic-bench/load/judge.h"
@@ -38,6 +43,17 @@ TEST(Load, StrokeKeepsSpeedAndDepth) {
 TEST(Load, TheDisksLoadIsNotInMemory) {
   EXPECT_EQ(folderOnDisk("/dev/shm"), "/var/tmp");
   EXPECT_EQ(folderOnDisk("/proc"), "/proc") << "no memory, and it says itself that it cannot be";
+}
+
+TEST(Load, AFolderInWhichNothingCanBeMadeIsToldAsWhatItIs) {
+  testing::internal::CaptureStderr();
+  {
+    std::vector<Child> children = startLoad(Level::kDisk, "", "/proc/self");
+    ASSERT_EQ(children.size(), 1u);
+    while (children[0].running()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_THAT(said, ::testing::HasSubstr(std::string(": ") + std::strerror(ENOENT) + " (64 MB"));
 }
 
 TEST(Load, ErrorsOfKnownForces) {

@@ -62,11 +62,13 @@ void writeToDisk(const std::string& folder) {
   const std::vector<char> block(4 << 20, 'x');
   std::string path = folder + "/haptic-bench-load.XXXXXX";
   const hapticd::UniqueFd file(mkostemp(path.data(), O_CLOEXEC));
-  if (file.valid()) unlink(path.c_str());
+  constexpr const char* kRemedy = "64 MB of room on a disk; TMPDIR names another folder";
+  if (!file.valid()) throw Failure(path, std::strerror(errno), kRemedy);
+  unlink(path.c_str());
   const auto size = static_cast<ssize_t>(block.size());
   for (off_t at = 0;; at = (at + 1) % 16) {
     if (pwrite(file.get(), block.data(), block.size(), at * size) == size && fdatasync(file.get()) == 0) continue;
-    throw Failure(path, std::strerror(errno), "64 MB of room on a disk; TMPDIR names another folder");
+    throw Failure(path, std::strerror(errno), kRemedy);
   }
 }
 

@@ -285,6 +285,8 @@ TEST(ZwidthLoop, RefusesWhatCannotBeSwept) {
   EXPECT_THROW((void)makeLoop("sim://defualt", {}), Failure);
   EXPECT_THROW((void)makeLoop("sim://default?lower=-0.1,-0.1,-0.1&upper=0.1,0.1,-0.02", {}), Failure)
       << "its stop lies within the wall";
+  EXPECT_THROW((void)makeLoop("sim://default?lower=-0.1,-0.1,0&upper=0.1,0.1,0.1", {}), Failure)
+      << "its stop holds the hand, not the wall";
   EXPECT_EQ(makeLoop("sim://touch?motion=tap", {}).device.parameters.motion, "live");
   Options weak{.uri = "sim://touch", .rates_hz = {1000}, .delays = {0}, .dampings = {0}, .push = 4};
   EXPECT_THROW((void)plan(weak), Failure) << "4 N are more than its 3.3 N: no wall holds such a hand";

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/trajectory/registry.h"
@@ -34,6 +37,33 @@ TEST(Algorithms, OnAPlaneVoxelsPlanesAndThePlugInAreExact) {
   EXPECT_LT(accuracy("voxel:cells=32", "plane", "lissajous:seconds=2").force_mse, 1e-10);
   EXPECT_LT(accuracy("local:rate=30,latency=0.005", "plane", "lissajous:seconds=2").force_mse, 1e-12);
   EXPECT_LT(accuracy(HAPTIC_BENCH_EXAMPLE, "plane:cells=9", "lissajous:seconds=2").force_mse, 1e-12);
+}
+
+TEST(Algorithms, DampingWorksAlongTheNormalAndNeverPulls) {
+  // Straight down to 1 mm, along, and up so fast that damping alone would pull: on a plane k d - b v, not below 0.
+  const Model model = makeModel("plane");
+  const Surface damped{1000, 4, 0, 0};
+  Trajectory in;
+  for (int i = 0; i <= 400; ++i) {
+    const double t = 1e-3 * i, along = 0.05 * t;
+    const double z = i < 200 ? 1e-3 - 1e-5 * i : std::min(-1e-3 + 3e-4 * std::max(0, i - 380), 1e-3);
+    in.samples.push_back({t, Vec3(0.003 + along, 0.001, z), Vec3::Zero(), Vec3::Zero()});
+  }
+  double slowest = 0, least = 1;
+  for (const char* algorithm : {"ours", "god-object", "nearest", "voxel:cells=32", "local:rate=1000,latency=0"}) {
+    const Outcome outcome = runTrial(algorithm, model, in, damped, 1);
+    for (std::size_t i = 1; i < in.samples.size(); ++i) {
+      const double z = in.samples[i].hip.z(), v = (z - in.samples[i - 1].hip.z()) / 1e-3;
+      // A local model slows a hand by no more than it pushes.
+      const double damping = std::max(4 * v, algorithm[0] == 'l' ? 1000 * z : -1.0);
+      const double force = z < -1e-9 ? std::max(0.0, -1000 * z - damping) : 0;
+      if (std::abs(z) < 1e-9) continue;  // Rounding says whether it touches.
+      ASSERT_LT((outcome.answers[i].force - Vec3(0, 0, force)).norm(), 2e-4) << algorithm << " " << i;
+      if (z < -1e-9) slowest = std::max(slowest, force), least = std::min(least, force);
+    }
+  }
+  EXPECT_NEAR(slowest, 1.04, 0.01);
+  EXPECT_EQ(least, 0) << "deep, and let go";
 }
 
 TEST(Algorithms, WhatLiesOnTheSurfaceHasItsNormalAndNotThatOfRounding) {

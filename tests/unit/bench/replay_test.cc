@@ -5,14 +5,17 @@
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <span>
 #include <sstream>
 
 #include "daemon/recording/writer.h"
+#include "proto/shm_layout.h"
 #include "tests/support/process/temporary_directory.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
@@ -111,6 +114,82 @@ TEST(Replay, CsvReadsBackAsItWas) {
     ++rows;
   }
   EXPECT_EQ(rows, 2 * kCycles);
+}
+
+TEST(Replay, EachColumnIsItsOwnNumber) {
+  hapticd::DeviceSample sample{};
+  sample.fresh = true;
+  sample.gripper_rad = 0.25;
+  sample.buttons = 6;
+  sample.status = 5;
+  hapticd::DeviceCommand sent{};
+  sent.enabled = true;
+  sent.force = hapticd::Vec3(1, 2, 3);
+  sent.torque = hapticd::Vec3(4, 5, 6);
+  sent.gripper_force = 0.5;
+  hapticd::DeviceOutput replayed{};
+  replayed.pose = {hapticd::Vec3(7, 8, 9), hapticd::Quat(0.1, 0.7, 0.5, 0.5)};
+  replayed.velocity = {hapticd::Vec3(10, 11, 12), hapticd::Vec3(13, 14, 15)};
+  replayed.contact.proxy = hapticd::Vec3(16, 17, 18);
+  replayed.contact.depth = 19;
+  replayed.contact.object = 20;
+  replayed.guard.flags = HD_SAMPLE_RAMPING;
+  replayed.guard.fault = 21;
+  replayed.guard.energy = -22;
+  const hapticd::Mount mount({hapticd::Vec3(1, 1, 1), hapticd::Quat(std::sqrt(0.5), 0, 0, std::sqrt(0.5))});
+  const auto told = [&] {
+    const Row row{23, 24.5, &sample, &sent, &replayed, &mount};
+    std::map<std::string, double> all;
+    for (const haptic_bench::Column& column : columns()) {
+      double values[4] = {};
+      column.get(row, values);
+      for (int i = 0; i < column.width; ++i) all[columnName(column, i)] = std::round(values[i] * 1e12) / 1e12;
+    }
+    return all;
+  };
+  // A quarter turn about z: the device's x is the world's y.
+  std::map<std::string, double> wanted = {{"tick", 23},
+                                          {"t", 24.5},
+                                          {"fresh", 1},
+                                          {"px", 7},
+                                          {"py", 8},
+                                          {"pz", 9},
+                                          {"qw", 0.1},
+                                          {"qx", 0.7},
+                                          {"qy", 0.5},
+                                          {"qz", 0.5},
+                                          {"vx", 10},
+                                          {"vy", 11},
+                                          {"vz", 12},
+                                          {"wx", 13},
+                                          {"wy", 14},
+                                          {"wz", 15},
+                                          {"gripper", 0.25},
+                                          {"buttons", 6},
+                                          {"status", 5},
+                                          {"enabled", 1},
+                                          {"ramping", 1},
+                                          {"fx", -2},
+                                          {"fy", 1},
+                                          {"fz", 3},
+                                          {"tx", -5},
+                                          {"ty", 4},
+                                          {"tz", 6},
+                                          {"depth", 19},
+                                          {"gripper_force", 0.5},
+                                          {"proxy_x", 16},
+                                          {"proxy_y", 17},
+                                          {"proxy_z", 18},
+                                          {"object", 20},
+                                          {"fault", 21},
+                                          {"energy", -22}};
+  EXPECT_EQ(told(), wanted);
+  sample.fresh = sent.enabled = false;
+  replayed.guard.flags = ~std::uint32_t{HD_SAMPLE_RAMPING};
+  replayed.contact.object = 0;  // Then the proxy is the hand's.
+  for (const char* none : {"fresh", "enabled", "ramping", "object"}) wanted[none] = 0;
+  wanted["proxy_x"] = 7, wanted["proxy_y"] = 8, wanted["proxy_z"] = 9;
+  EXPECT_EQ(told(), wanted);
 }
 
 TEST(Replay, ABrokenRecordingLeavesNoHalfOfAnExport) {

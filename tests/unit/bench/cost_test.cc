@@ -3,10 +3,17 @@
  */
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <cstring>
+#include <map>
 #include <thread>
 
 #include "daemon/builder/build.h"
+#include "proto/snapshot.h"
+#include "rt/geometry/nearest/nearest.h"
 #include "rt/geometry/tree/boxes.h"
 #include "tools/haptic-bench/cost/bumpy_sphere.h"
 #include "tools/haptic-bench/cost/mesh_cost.h"
@@ -51,6 +58,70 @@ TEST(Cost, EveryRoundIsMeasuredFromBuildingOn) {
     EXPECT_EQ(times.medians().size(), 300u);
     for (const Series& s : times.series()) EXPECT_EQ(s.rounds.size(), 3u) << s.name;
   }
+}
+
+TEST(Cost, TheBumpySphereIsClosedAndLiesOnItsSurface) {
+  EXPECT_EQ(bumpySphereTriangles(8), 8u);
+  EXPECT_EQ(bumpySphereTriangles(9), 32u);
+  EXPECT_EQ(bumpySphereTriangles(1'000'000), 8u * 354 * 354);
+  const std::vector<std::byte> bytes = bumpySphereUpload(1'000);
+  hd_mesh_upload header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  ASSERT_EQ(header.triangle_count, 8u * 12 * 12);
+  std::vector<std::array<float, 3>> vertices(header.vertex_count);
+  std::vector<std::array<std::uint32_t, 3>> triangles(header.triangle_count);
+  ASSERT_EQ(bytes.size(), sizeof header + vertices.size() * 12 + triangles.size() * 12);
+  std::memcpy(vertices.data(), bytes.data() + sizeof header, vertices.size() * 12);
+  std::memcpy(triangles.data(), bytes.data() + sizeof header + vertices.size() * 12, triangles.size() * 12);
+  const auto place = [&](std::uint32_t v) { return hapticd::Vec3(vertices[v][0], vertices[v][1], vertices[v][2]); };
+  std::map<std::pair<std::array<float, 3>, std::array<float, 3>>, int> edges;
+  double volume = 0;
+  for (const auto& t : triangles) {
+    volume += place(t[0]).dot(place(t[1]).cross(place(t[2]))) / 6;
+    for (std::size_t c = 0; c < 3; ++c) ++edges[{vertices[t[c]], vertices[t[(c + 1) % 3]]}];
+  }
+  EXPECT_NEAR(volume, 4 * EIGEN_PI / 3 * std::pow(0.05, 3), 1e-5) << "outward; of flat facets, by a hundredth less";
+  EXPECT_EQ(edges.size(), 3 * triangles.size());
+  for (const auto& [edge, count] : edges) {
+    ASSERT_EQ(count, 1);
+    ASSERT_EQ(edges.count({edge.second, edge.first}), 1u) << "the neighbour goes the other way, with the same corners";
+  }
+  double low = 1, high = 0;
+  for (std::uint32_t v = 0; v < header.vertex_count; ++v) {
+    const hapticd::Vec3 u = place(v).normalized(), wave = (30 * u).array().sin();
+    ASSERT_NEAR(place(v).norm(), 0.05 + 5e-4 * wave.prod(), 1e-8);
+    low = std::min(low, place(v).norm()), high = std::max(high, place(v).norm());
+  }
+  EXPECT_LT(low, 0.0497);
+  EXPECT_GT(high, 0.0503);
+}
+
+TEST(Cost, TheStrokeGoesOverNewGroundAtItsSpeed) {
+  hapticd::BuildMonitor monitor;
+  auto built = hapticd::buildSnapshot(bumpySphereUpload(16'000), monitor);
+  ASSERT_TRUE(built);
+  auto memory = hapticd::openSnapshot(std::move(*built->memfd.share()), false);
+  ASSERT_TRUE(memory);
+  const MeshStroke stroke(memory->view, 8, 0.1);
+  ASSERT_EQ(stroke.ticks(), 8000u);
+  std::vector<hapticd::Vec3> way;
+  for (std::size_t i = 0; i <= stroke.ticks(); ++i) way.push_back(stroke.at(i, 0).normalized());
+  for (std::size_t i = 0; i < stroke.ticks(); ++i) {
+    ASSERT_NEAR(0.05 * (way[i + 1] - way[i]).norm(), 1e-4, 2e-5) << "0.1 m/s at 1 kHz, and what the plane turns";
+    ASSERT_NEAR((stroke.at(i, 1e-3) - stroke.at(i, 0)).norm(), 1e-3, 1e-9);
+    hapticd::NearestQuery query;
+    query.x = stroke.at(i, 0);
+    query.limit = UINT32_MAX;
+    hapticd::Nearest nearest;
+    ASSERT_EQ(nearestOnMesh(memory->view, query, nearest), hapticd::NearestResult::kFound);
+    ASSERT_LT(nearest.squared_distance, 1e-12) << "on the mesh, not the sphere";
+  }
+  // Two and a half times round: a quarter of a turn later it is far from where it has been, but for the crossings.
+  int near = 0;
+  for (std::size_t i = 3200; i < way.size(); i += 10) {
+    for (std::size_t j = 0; j + 1000 < i; j += 10) near += (way[i] - way[j]).norm() < 0.02 ? 1 : 0;
+  }
+  EXPECT_LT(near, 100);
 }
 
 TEST(Cost, WhatInterruptsATickIsNotItsCost) {

@@ -40,6 +40,28 @@ TEST(Load, StrokeKeepsSpeedAndDepth) {
   }
 }
 
+TEST(Load, BumpsHaveTheirHeightAndTheirNormals) {
+  const BumpySphere statue{0.05, 0.3};
+  double low = 1, high = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 u = Vec3(std::sin(1.3 * i), std::sin(2.1 * i + 1), std::sin(0.7 * i + 2)).normalized();
+    const Vec3 n = statue.normal(u), p = statue.point(3 * u);
+    ASSERT_NEAR(n.norm(), 1, 1e-12);
+    ASSERT_GT(n.dot(u), 0.1) << "outward";
+    ASSERT_LT((p.normalized() - u).norm(), 1e-12) << "above the direction, however long";
+    for (int k = 0; k < 8; ++k) {  // Chords through the point are flat to first order.
+      const Vec3 side = 1e-4 * Vec3(std::cos(k), std::sin(k), std::cos(2.0 * k));
+      const Vec3 chord = statue.point(u + side) - statue.point(u - side);
+      ASSERT_LT(std::abs(n.dot(chord)), 1e-3 * chord.norm() + 1e-10) << i;
+    }
+    low = std::min(low, p.norm()), high = std::max(high, p.norm());
+  }
+  EXPECT_LT(low, 0.05 * 0.8);
+  EXPECT_GE(low, 0.05 * 0.7);
+  EXPECT_GT(high, 0.05 * 1.2);
+  EXPECT_LE(high, 0.05 * 1.3);
+}
+
 TEST(Load, TheDisksLoadIsNotInMemory) {
   EXPECT_EQ(folderOnDisk("/dev/shm"), "/var/tmp");
   EXPECT_EQ(folderOnDisk("/proc"), "/proc") << "no memory, and it says itself that it cannot be";

@@ -153,6 +153,26 @@ TEST(ZwidthSearch, WhatMotorsBearForEverDoesNotBindAPressOfSeconds) {
   EXPECT_NEAR(found.at.displayed / found.stiffness, 1, 0.05);
 }
 
+TEST(ZwidthSearch, ARowIsMeasuredWithoutTheControllerAndWithIt) {
+  Options options{.rates_hz = {1000}, .delays = {1}, .dampings = {2}, .push = 3, .force_slew = 1e5};
+  Row row = plan(options).back();  // As the device is.
+  measure(options, row);
+  Loop loop = makeLoop(options.uri, row.change);
+  loop.push = 3;
+  loop.force_slew = 1e5;
+  const auto stable = [&](double stiffness) { return tap(loop, {stiffness, 2}).stable; };
+  EXPECT_GE(row.off, 0.95 * row.slowest);
+  EXPECT_TRUE(stable(row.off));
+  EXPECT_FALSE(stable(1.02 * row.off));
+  EXPECT_EQ(row.buzz_off, tap(loop, {0.9 * row.off, 2}).buzz);
+  loop.passivity = true;
+  EXPECT_GT(row.on, 2 * row.off);
+  EXPECT_TRUE(stable(row.on));
+  EXPECT_FALSE(stable(1.02 * row.on));
+  EXPECT_EQ(row.buzz_on, tap(loop, {0.9 * row.off, 2}).buzz) << "of the same wall";
+  EXPECT_DOUBLE_EQ(row.displayed, tap(loop, {row.on, 2}).displayed / row.on);
+}
+
 TEST(ZwidthSearch, RepeatsBitForBit) {
   const Loop loop = makeLoop("sim://touchx", {1000, 0, -1, -1});
   const Tap a = tap(loop, {700, 1}), b = tap(loop, {700, 1});

@@ -66,6 +66,28 @@ TEST(Algorithms, DampingWorksAlongTheNormalAndNeverPulls) {
   EXPECT_EQ(least, 0) << "deep, and let go";
 }
 
+TEST(Algorithms, OnASlopeTheForceIsTheDepthAlongItsNormal) {
+  const Model model = makeModel("plane:turn_x=0.4,turn_y=0.3");
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.5, Vec3(0.8, 0.6, 0)));
+  Trajectory in;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 foot = turn * Vec3(2e-5 * i, 0.003 - 1e-5 * i, 0);
+    in.samples.push_back({1e-3 * i, foot + turn * Vec3(0, 0, 1.05e-3 - 1e-5 * i), foot, Vec3::Zero()});
+  }
+  for (const char* algorithm : {"ours", "god-object", "nearest", "voxel:cells=32", "local:rate=1000,latency=0"}) {
+    const Outcome outcome = runTrial(algorithm, model, in, {1000}, 1);
+    for (std::size_t i = 0; i < in.samples.size(); ++i) {
+      const Answer& answer = outcome.answers[i];
+      const bool within = i > 105;
+      if (i == 105) continue;  // On the surface, but for rounding.
+      const Vec3 foot = in.samples[i].proxy, hip = in.samples[i].hip;
+      ASSERT_EQ(answer.touches, within) << algorithm << " " << i;
+      ASSERT_LT((answer.force - (within ? 1000 * (foot - hip) : Vec3(Vec3::Zero()))).norm(), 1e-4) << algorithm << i;
+      ASSERT_LT((answer.proxy - (within ? foot : hip)).norm(), 1e-7) << algorithm << " " << i;
+    }
+  }
+}
+
 TEST(Algorithms, WhatLiesOnTheSurfaceHasItsNormalAndNotThatOfRounding) {
   const Model model = makeModel("plane");
   Surface ball{1000};

@@ -3,13 +3,16 @@
  */
 #include "tools/haptic-bench/measured/recording.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "tests/support/process/temporary_directory.h"
 #include "tools/haptic-bench/failure.h"
+#include "tools/haptic-bench/measured/measured.h"
 #include "tools/haptic-bench/measured/synthetic.h"
 #include "tools/haptic-bench/model/shapes.h"
 #include "tools/haptic-bench/trajectory/generators.h"
@@ -65,6 +68,55 @@ TEST(MergedStreams, AnObjectThatMovesNeedsItsWholePose) {
     write(names);
     EXPECT_THAT([&] { (void)readRecording(forces, poses); }, ThrowsMessage<Failure>(HasSubstr("no column object_qw")));
   }
+}
+
+TEST(MergedStreams, EverySettingOfARecordingIsHeeded) {
+  const hapticd::test::TemporaryDirectory directory;
+  const std::string forces = directory.path() + "/f.csv", poses = directory.path() + "/p.csv";
+  const Model model = plane(0.05, 3);
+  const std::vector<SurfaceSample> out = lissajous(model, {2, 2000, 1});
+  Apparatus a;
+  a.free_s = 0;
+  a.tip_S = Vec3(0.01, -0.02, 0.1);
+  a.load.weight = 0.3;
+  a.X_OM = {Vec3(0.1, 0.2, -0.05), Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Vec3::UnitZ()))};
+  const Recording recording = record(out, a);
+  const auto writePoses = [&](double gap_from, double gap_to) {
+    std::ofstream file(poses);
+    file << "t,x,y,z,qw,qx,qy,qz\n";
+    for (const PoseSample& s : recording.poses) {
+      const Vec3& p = s.X_OS.p;
+      const Eigen::Quaterniond& q = s.X_OS.q;
+      if (s.t_s > gap_from && s.t_s < gap_to) continue;
+      file << fmt::format("{},{},{},{},{},{},{},{}\n", s.t_s + 0.25, p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z());
+    }
+  };
+  {
+    std::ofstream file(forces);
+    file << "t,fx,fy,fz\n";
+    for (const ForceSample& s : recording.forces)
+      file << fmt::format("{},{},{},{}\n", s.t_s, s.f_S.x(), s.f_S.y(), s.f_S.z());
+  }
+  const Vec3 at = a.X_OM.inverse().p;
+  const auto read = [&](const std::string& more) {
+    Spec spec(
+        fmt::format("measured:forces={},poses={},registered=1,tip_x=0.01,tip_y=-0.02,tip_z=0.1,tip_radius={},"
+                    "weight=0.3,rate=500,clock=-0.25,x={},y={},z={},turn_z=-0.3{}",
+                    forces, poses, a.tip_radius, at.x(), at.y(), at.z(), more));
+    return readMeasured(spec, model);
+  };
+  writePoses(0, 0);
+  const std::vector<SurfaceSample> got = read("");
+  ASSERT_NEAR(static_cast<double>(got.size()), 2 * 500, 12) << "but for what lies beyond the last pose";
+  for (std::size_t i = 0; i < got.size(); ++i) {
+    ASSERT_NEAR(got[i].t_s, 0.002 * static_cast<double>(i), 1e-9);
+    ASSERT_NEAR(got[i].force, 1, 2e-3) << i;
+    ASSERT_LT((got[i].point - out[std::min(4 * i, out.size() - 1)].point).norm(), 3e-4) << i;
+  }
+  EXPECT_THAT([&] { (void)read(",contact=1.1"); }, ThrowsMessage<Failure>(HasSubstr("nothing is touched")));
+  writePoses(0.5, 1);
+  EXPECT_THAT([&] { (void)read(""); }, ThrowsMessage<Failure>(HasSubstr(poses)));
+  EXPECT_NO_THROW((void)read(",max_gap=0.6"));
 }
 
 }  // namespace

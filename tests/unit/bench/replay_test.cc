@@ -41,6 +41,8 @@ void writeRecording(const std::string& path) {
   hapticd::RecordingHeader header;
   header.devices = {{"left", "sim://a", "A"}, {"right", "sim://b", "B"}};
   header.start.config.device_count = 2;
+  header.program = "1.2", header.build = "b", header.instructions = "i";
+  header.started_ns = 1'700'000'000'250'000'000;
   (void)writer.header(header);
   const auto cycle = std::make_unique<RecordedCycle>();
   for (int i = 0; i < kCycles; ++i) {
@@ -89,6 +91,29 @@ TEST(Replay, Hdf5HoldsEveryCycleOfEachDevice) {
     ASSERT_NEAR(t[i], n * 1e-3, 1e-12);
     ASSERT_EQ(torque[3 * i + 1], -n);
   }
+  const auto attribute = [&](const char* of, const char* name, hid_t type, void* value) {
+    const hid_t found = H5Aopen_by_name(file, of, name, H5P_DEFAULT, H5P_DEFAULT);
+    EXPECT_GE(H5Aread(found, type, value), 0) << of << " " << name;
+    H5Aclose(found);
+  };
+  double period_s = 0, started_s = 0;
+  attribute("/", "period_s", H5T_NATIVE_DOUBLE, &period_s);
+  attribute("/", "started_unix_s", H5T_NATIVE_DOUBLE, &started_s);
+  EXPECT_EQ(period_s, 1e-3);
+  EXPECT_DOUBLE_EQ(started_s, 1'700'000'000.25);
+  const auto words = [&](const char* of, const char* name) {
+    const hid_t found = H5Aopen_by_name(file, of, name, H5P_DEFAULT, H5P_DEFAULT), type = H5Aget_type(found);
+    std::string text(H5Tget_size(type), '?');
+    EXPECT_GE(H5Aread(found, type, text.data()), 0);
+    H5Tclose(type);
+    H5Aclose(found);
+    return std::string(text.c_str());
+  };
+  EXPECT_EQ(words("/", "program"), "hapticd 1.2");
+  EXPECT_EQ(words("/", "build"), "b");
+  EXPECT_EQ(words("/", "instructions"), "i");
+  EXPECT_EQ(words("device0", "name") + words("device1", "uri") + words("device1", "model"), "leftsim://bB");
+  EXPECT_EQ(words("device0/f", "unit"), "N");
   H5Fclose(file);
 }
 

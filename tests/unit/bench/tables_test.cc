@@ -165,6 +165,32 @@ TEST(Tables, WallsThatScatterAreJudgedTogether) {
             "w displayed, w displayed, w displayed");
 }
 
+TEST(Tables, WhatIsJudgedTogetherIsToldByItsMeans) {
+  // Limits by the mean of their logarithms, buzz by that of its roots.
+  const auto text = [](double factor, double more) {
+    std::string rows = header("zwidth");
+    for (int i = 0; i < 8; ++i) {
+      const double root = 0.1 + 0.02 * i + more;
+      rows += fmt::format("1000,0,1e-05,0.1,{},0,0,20000,22742.8,12896.1,{},99000,1,{},0\n", i,
+                          factor * 1000 * std::pow(2, i), root * root);
+    }
+    return Results::parse(rows, "t");
+  };
+  const std::vector<Change> worse = compare(text(1, 0), text(0.97, 0.02), {});
+  ASSERT_EQ(worse.size(), 2u);
+  EXPECT_EQ(worse[0].quantity + " " + worse[1].quantity, "buzz_off off");
+  for (const Change& change : worse) {
+    EXPECT_EQ(change.kind, Change::Kind::kWorse);
+    EXPECT_EQ(change.benchmark, "zwidth step_m=1e-05 friction_n=0.1, mean of 8 rows");
+  }
+  EXPECT_NEAR(worse[0].before.median, 0.17 * 0.17, 1e-12);
+  EXPECT_NEAR(worse[0].after.median, 0.19 * 0.19, 1e-12);
+  EXPECT_NEAR(worse[1].before.median, 1000 * std::pow(2, 3.5), 1e-6);
+  EXPECT_NEAR(worse[1].after.median, 970 * std::pow(2, 3.5), 1e-6);
+  for (const Change& change : compare(text(0.97, 0.02), text(1, 0), {})) EXPECT_EQ(change.kind, Change::Kind::kBetter);
+  EXPECT_TRUE(compare(text(1, 0), text(0.992, 0.009), {}).empty()) << "within bisection, and 10 mN";
+}
+
 TEST(Tables, WallsOfAnIdealEncoderDoNotScatter) {
   const auto ideal = [](double off, double on) {
     return header("zwidth") + fmt::format("1000,0,1e-09,0,5,0,0,0,22742.8,12896.1,{},{},1,0.002,0\n", off, on);

@@ -103,6 +103,15 @@ TEST(ZwidthBuzz, ASineAboveCountsWithHalfItsSquareAndOneBelowDoesNot) {
   EXPECT_NEAR(powerAbove(signal, 1000, 1), 4.52, 0.02);
 }
 
+TEST(ZwidthBuzz, TheFastestThatThereIsCountsWhole) {
+  for (const std::size_t n : {8u, 1000u, 1001u}) {
+    std::vector<double> signal;
+    for (std::size_t i = 0; i < n; ++i) signal.push_back(i % 2 == 0 ? 0.3 : -0.3);
+    EXPECT_NEAR(powerAbove(signal, 1000, 30), 0.09, 1e-4) << n << ": of a sign that alternates the square is its own";
+  }
+  EXPECT_EQ(powerAbove(std::vector<double>{1, -1, 1, -1, 1, -1, 1}, 1000, 30), 0) << "too few";
+}
+
 TEST(ZwidthSearch, FindsTheEigenvalueLimitAndTheControllerDoublesIt) {
   for (const std::uint32_t delay : {0u, 2u}) {
     Loop loop = idealLoop(1000, delay);

@@ -5,7 +5,9 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <thread>
 
 #include "tools/haptic-bench/failure.h"
@@ -65,6 +67,23 @@ TEST(Load, BumpsHaveTheirHeightAndTheirNormals) {
 TEST(Load, TheDisksLoadIsNotInMemory) {
   EXPECT_EQ(folderOnDisk("/dev/shm"), "/var/tmp");
   EXPECT_EQ(folderOnDisk("/proc"), "/proc") << "no memory, and it says itself that it cannot be";
+}
+
+TEST(Load, ItsDaemonIsToldNothingOfTheUsersOwn) {
+  const ScratchDirectory folder;
+  const std::string log = folder.path() + "/log";
+  constexpr const char* kNames[] = {"HAPTICD_SOCKET", "HAPTICD_CONFIG", "LISTEN_FDS", "LISTEN_PID", "NOTIFY_SOCKET"};
+  for (const char* name : kNames) setenv(name, "the user's", 1);
+  for (const char* program : {"/usr/bin/env", "/none"}) {
+    Child child({program}, log);
+    while (child.running()) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  for (const char* name : kNames) unsetenv(name);
+  std::string said;
+  std::getline(std::ifstream(log), said, '\0');
+  EXPECT_THAT(said, ::testing::HasSubstr("PATH="));
+  EXPECT_THAT(said, ::testing::HasSubstr("/none: No such file")) << "behind what was there";
+  EXPECT_THAT(said, ::testing::Not(::testing::HasSubstr("the user's")));
 }
 
 TEST(Load, AFolderInWhichNothingCanBeMadeIsToldAsWhatItIs) {
@@ -132,6 +151,25 @@ TEST(Load, ALatencyIsOfWholeTicksAndOneAtLeast) {
     };
     EXPECT_TRUE(forces(0) == forces(0.001)) << nameOf(source);
     EXPECT_TRUE(forces(0.0026) == forces(0.003)) << nameOf(source);
+  }
+}
+
+TEST(Load, AClientsOrdersOutliveTwoThatAreLost) {
+  const Vec3 inside(0.003, 0.001, 0.049), outside(0.003, 0.001, 0.051);
+  for (const auto& [rate_hz, lease_ns] : {std::pair{10.0, 300'000'000}, {1000.0, 50'000'000}}) {
+    const ClientTiming timing{1 / rate_hz, 0.005, 700};
+    EXPECT_EQ(fitForce(ball().client(), inside, timing).lease_ns, lease_ns);
+    for (const Source source : {Source::kPlane, Source::kPatch}) {
+      const haptic_local_model model = fitModel(source, ball().client(), inside, Vec3::Zero(), timing);
+      EXPECT_EQ(model.lease_ns, lease_ns) << nameOf(source);
+      EXPECT_EQ(model.material.stiffness, 700);
+      EXPECT_EQ(model.blend_ns, source == Source::kPlane ? std::llround(1e9 / rate_hz) : 0) << nameOf(source);
+    }
+    const haptic_client_force order = fitForce(ball().client(), inside, timing);
+    const auto& force = order.force;
+    EXPECT_NEAR(std::hypot(force[0], force[1], force[2]), 700 * (0.05 - inside.norm()), 0.02);
+    EXPECT_NEAR(force[0] / force[2], inside.x() / inside.z(), 0.02);
+    EXPECT_EQ(fitForce(ball().client(), outside, timing).force[2], 0);
   }
 }
 

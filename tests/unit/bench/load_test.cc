@@ -154,6 +154,20 @@ TEST(Load, ALatencyIsOfWholeTicksAndOneAtLeast) {
   }
 }
 
+TEST(Load, AForceIsThatOfWhereTheHandWasItsLatencyAgo) {
+  const Stroked s = strokeOver({0.05, 0}, {.force = 0.5}, 0.3);
+  const std::vector<Vec3> exact = nearestForces(ball().client(), 1000, s.hips);
+  for (const std::size_t late : {1u, 3u, 12u}) {
+    const ClientTiming timing{1e-3, 1e-3 * static_cast<double>(late), 1000};
+    const std::vector<Vec3> forces = clientForces(Source::kForce, ball().client(), timing, s.hips);
+    ASSERT_EQ(forces.size(), s.hips.size());
+    for (std::size_t i = 0; i < forces.size(); ++i) {
+      const Vec3 wanted = i < late ? Vec3(Vec3::Zero()) : exact[i - late];
+      ASSERT_LT((forces[i] - wanted).norm(), 1e-9) << late << " " << i;
+    }
+  }
+}
+
 TEST(Load, AClientsOrdersOutliveTwoThatAreLost) {
   const Vec3 inside(0.003, 0.001, 0.049), outside(0.003, 0.001, 0.051);
   for (const auto& [rate_hz, lease_ns] : {std::pair{10.0, 300'000'000}, {1000.0, 50'000'000}}) {

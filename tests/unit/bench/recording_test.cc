@@ -98,25 +98,28 @@ TEST(MergedStreams, EverySettingOfARecordingIsHeeded) {
       file << fmt::format("{},{},{},{}\n", s.t_s, s.f_S.x(), s.f_S.y(), s.f_S.z());
   }
   const Vec3 at = a.X_OM.inverse().p;
-  const auto read = [&](const std::string& more) {
+  const auto read = [&](const std::string& more, double above = 0) {
     Spec spec(
-        fmt::format("measured:forces={},poses={},registered=1,tip_x=0.01,tip_y=-0.02,tip_z=0.1,tip_radius={},"
+        fmt::format("measured:forces={},poses={},tip_x=0.01,tip_y=-0.02,tip_z=0.1,tip_radius={},"
                     "weight=0.3,rate=500,clock=-0.25,x={},y={},z={},turn_z=-0.3{}",
-                    forces, poses, a.tip_radius, at.x(), at.y(), at.z(), more));
+                    forces, poses, a.tip_radius, at.x(), at.y(), at.z() + above, more));
     return readMeasured(spec, model);
   };
   writePoses(0, 0);
-  const std::vector<SurfaceSample> got = read("");
+  const std::vector<SurfaceSample> got = read(",registered=1");
   ASSERT_NEAR(static_cast<double>(got.size()), 2 * 500, 12) << "but for what lies beyond the last pose";
   for (std::size_t i = 0; i < got.size(); ++i) {
     ASSERT_NEAR(got[i].t_s, 0.002 * static_cast<double>(i), 1e-9);
     ASSERT_NEAR(got[i].force, 1, 2e-3) << i;
     ASSERT_LT((got[i].point - out[std::min(4 * i, out.size() - 1)].point).norm(), 3e-4) << i;
   }
-  EXPECT_THAT([&] { (void)read(",contact=1.1"); }, ThrowsMessage<Failure>(HasSubstr("nothing is touched")));
+  EXPECT_NEAR(read(",registered=1", 0.002)[300].point.z(), 0.002, 1e-4) << "as the guess has it";
+  EXPECT_NEAR(read("", 0.002)[300].point.z(), 0, 1e-4) << "as the mesh has it";
+  EXPECT_THAT([&] { (void)read(",registered=1,contact=1.1"); },
+              ThrowsMessage<Failure>(HasSubstr("nothing is touched")));
   writePoses(0.5, 1);
-  EXPECT_THAT([&] { (void)read(""); }, ThrowsMessage<Failure>(HasSubstr(poses)));
-  EXPECT_NO_THROW((void)read(",max_gap=0.6"));
+  EXPECT_THAT([&] { (void)read(",registered=1"); }, ThrowsMessage<Failure>(HasSubstr(poses)));
+  EXPECT_NO_THROW((void)read(",registered=1,max_gap=0.6"));
 }
 
 }  // namespace

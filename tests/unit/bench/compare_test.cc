@@ -34,6 +34,8 @@ TEST(CompareResults, TimesChangeBeyondTheNoiseOfTheirRounds) {
   EXPECT_EQ(verdict("ns", steady, noisy), '-') << "the intervals meet";
   EXPECT_EQ(verdict("ns", steady, {110, 111, 112, 113, 114, 115}), 'w');
   EXPECT_EQ(verdict("ns", {110, 111, 112, 113, 114, 115}, steady), 'b');
+  EXPECT_EQ(verdict("ns", {100, 100, 100, 100, 100, 110}, {110, 111, 112, 113, 114, 115}), '-') << "one is shared";
+  EXPECT_EQ(verdict("ns", {110, 111, 112, 113, 114, 115}, {100, 100, 100, 100, 100, 110}), '-') << "one is shared";
   EXPECT_EQ(verdict("ns", {100, 100, 100, 100, 100, 100}, {101, 101, 101, 101, 101, 101}), '-') << "one per cent";
   EXPECT_EQ(verdict("N/m", steady, {80, 81, 82, 83, 84, 85}), 'w') << "less stiffness";
   EXPECT_EQ(verdict("ns", steady, {200, 200, 200, 200, 200, 200}, {false, true}), '-') << "not asked for";

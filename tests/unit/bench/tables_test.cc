@@ -140,6 +140,17 @@ TEST(Tables, EachColumnIsJudgedBySense) {
   EXPECT_EQ(verdicts(good, stability("20,0,inf,nan,13.1,-,-,true")), "w unrest_m, w created_j, w creep_m, w creep_rad");
 }
 
+TEST(Tables, AToolIsHeldMoreHardlyByATenth) {
+  const std::string good = stability("20,0,1e-9,0,13.1,-,-,true");
+  EXPECT_EQ(verdicts(good, stability("20,0,1e-9,0,14.3,-,-,true")), "");
+  EXPECT_EQ(verdicts(good, stability("20,0,1e-9,0,14.5,-,-,true")), "w strongest_n");
+  EXPECT_EQ(verdicts(good, stability("19,0,1e-9,0,13.1,-,-,true")), "w at_rest");
+  EXPECT_EQ(verdicts(good, stability("20,0.3,1e-9,0,13.1,-,-,true")), "w patience_s");
+  EXPECT_EQ(verdicts(good, stability("20,0,1.1e-6,0,13.1,-,-,true")), "w unrest_m");
+  EXPECT_EQ(verdicts(good, stability("20,0,0.9e-6,0.9e-9,13.1,-,-,true")), "");
+  EXPECT_EQ(verdicts(good, stability("20,0,1e-9,1.1e-9,13.1,-,-,true")), "w created_j");
+}
+
 TEST(Tables, WallsThatScatterAreJudgedTogether) {
   std::vector<double> off, scattered, softer;
   const double factor[] = {1.03, 0.96, 1.02, 0.99, 0.75, 1.3, 0.98, 1.01};
@@ -189,6 +200,16 @@ TEST(Tables, WhatIsJudgedTogetherIsToldByItsMeans) {
   EXPECT_NEAR(worse[1].after.median, 970 * std::pow(2, 3.5), 1e-6);
   for (const Change& change : compare(text(0.97, 0.02), text(1, 0), {})) EXPECT_EQ(change.kind, Change::Kind::kBetter);
   EXPECT_TRUE(compare(text(1, 0), text(0.992, 0.009), {}).empty()) << "within bisection, and 10 mN";
+}
+
+TEST(Tables, WhatIsJudgedTogetherHasMovedFourStandardErrors) {
+  // Logarithms that move by m + 0.02 and m - 0.02 in turn: of eight rows the standard error is 0.02 / sqrt(7).
+  const std::vector<double> before(8, 10000.0);
+  for (const auto& [m, said] : {std::pair{-0.0290, ""}, {-0.0315, "w off, w on"}, {0.0315, "b off, b on"}}) {
+    std::vector<double> after;
+    for (int i = 0; i < 8; ++i) after.push_back(1e4 * std::exp(m + (i % 2 == 0 ? 0.02 : -0.02)));
+    EXPECT_EQ(verdicts(walls(before), walls(after)), said) << m;
+  }
 }
 
 TEST(Tables, WallsOfAnIdealEncoderDoNotScatter) {

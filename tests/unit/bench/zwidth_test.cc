@@ -182,6 +182,15 @@ TEST(ZwidthSearch, ARowIsMeasuredWithoutTheControllerAndWithIt) {
   EXPECT_DOUBLE_EQ(row.displayed, tap(loop, {row.on, 2}).displayed / row.on);
 }
 
+TEST(ZwidthSearch, WhereNoWallIsStableNoneBuzzes) {
+  Options options{.rates_hz = {500}, .delays = {0}, .dampings = {1000}, .quick = true};
+  for (Row& row : plan(options)) {
+    measure(options, row);
+    ASSERT_EQ(row.off, 0);
+    EXPECT_TRUE(std::isnan(row.buzz_off) && std::isnan(row.buzz_on)) << "that of the damper, in which the hand hangs";
+  }
+}
+
 TEST(ZwidthSearch, RepeatsBitForBit) {
   const Loop loop = makeLoop("sim://touchx", {1000, 0, -1, -1});
   const Tap a = tap(loop, {700, 1}), b = tap(loop, {700, 1});

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -88,12 +89,16 @@ std::vector<Row> plan(const Options& options) {
 void measure(const Options& options, Row& row) {
   Loop loop = loopOf(options, row.change);
   row.off = largestStable(loop, row.damping, row.slowest > 0 ? row.slowest : row.eigenvalue).stiffness;
-  row.buzz_off = tap(loop, {kBuzzAt * row.off, row.damping}).buzz;
+  const auto buzz = [&] {
+    if (!(row.off > 0)) return std::numeric_limits<double>::quiet_NaN();  // Damping alone is no wall.
+    return tap(loop, {kBuzzAt * row.off, row.damping}).buzz;
+  };
+  row.buzz_off = buzz();
   loop.passivity = true;
   const Limit on = largestStable(loop, row.damping, row.off > 0 ? row.off : row.eigenvalue);
   row.on = on.stiffness;
   row.displayed = on.stiffness > 0 ? on.at.displayed / on.stiffness : 0;
-  row.buzz_on = tap(loop, {kBuzzAt * row.off, row.damping}).buzz;
+  row.buzz_on = buzz();
 }
 
 }  // namespace haptic_bench::zwidth

@@ -39,7 +39,7 @@ struct Row {
   double eigenvalue = 0, slowest = 0;
   double off = 0, on = 0;            ///< Largest stable, without and with the controller.
   double displayed = 0;              ///< With the controller at `on`, over `on`.
-  double buzz_off = 0, buzz_on = 0;  ///< At kBuzzAt of `off` [N^2].
+  double buzz_off = 0, buzz_on = 0;  ///< At kBuzzAt of `off` [N^2]; nan where that is 0.
 };
 
 /** The configurations in order of rate, delay, device; theory only. Throws Failure for a bad URI. */

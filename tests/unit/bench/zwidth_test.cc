@@ -147,6 +147,13 @@ TEST(ZwidthSearch, TheSoftestIsTriedToo) {
   EXPECT_NEAR(largestStable(loop, 0, limit).stiffness / limit, 1, 0.05);
 }
 
+TEST(ZwidthSearch, ABadGuessLeadsToTheSameWall) {
+  const Loop loop = idealLoop(1000, 1);
+  const double limit = eigenvalueLimit(loop, 2);
+  for (const double guess : {0.03, 0.4, 1.0, 5.0, 80.0})
+    EXPECT_NEAR(largestStable(loop, 2, guess * limit).stiffness / limit, 1, 0.05) << guess;
+}
+
 TEST(ZwidthSearch, DryFrictionHelps) {
   const double without = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0}), 0, 13000).stiffness;
   const double with = largestStable(makeLoop("sim://default", {1000, 0, 1e-5, 0.1}), 0, 13000).stiffness;

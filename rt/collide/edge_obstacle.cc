@@ -133,8 +133,8 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
       apart = gapAt(edge.point(t), Vec3::Zero(), reach, times);
     }
     const Vec3 x_B = edge.point(t);
-    // Vertices of the tool are met as its points, and its mantle by discs: neither is an edge's to find.
-    if (!(apart <= margin + 2 * kInset) || nearest.kind == FeatureKind::kVertex) return;
+    // A vertex of the tool counts, too: of what has come in over the edge by a hair its point is told one face only.
+    if (!(apart <= margin + 2 * kInset)) return;
     Vec3 n_A = normal(apart), p_A = nearest.point;
     double gap = n_A.dot(p_A - X_AB * x_B);
     if (gap > margin) return;

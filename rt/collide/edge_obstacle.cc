@@ -165,14 +165,14 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     keep(contact, held, k);
     purse.report.touching += gap <= 0 ? 1 : 0;
   };
-  const Vec3 middle = X_AB.inverse().p;
+  const Vec3 middle = X_AB.inverse() * points_.middle();
   const std::uint32_t count = edgesOf(obstacle.shape);
   std::uint32_t to_its_end = count;  // Of a rim the arc of which the end was told.
   for (std::uint32_t i = 0; i < count && !purse.empty(); ++i) {
     const Edge edge = edgeOf(obstacle.shape, i, middle, tool);
     const double length = edge.length(), reach = 0.5 * length + std::max(kReach, margin);
-    if ((X_AB * edge.point(0.5)).norm() > tool + 0.5 * length) continue;
     const Vec3 middle_B = edge.point(0.5);
+    if ((middle_B - middle).norm() > tool + 0.5 * length) continue;
     const Vec3 within = X_AB.q * (withinEdge(obstacle.shape, middle_B, edge.along) - middle_B);
     const std::uint32_t parts = partsFor(points_, length);
     for (std::uint32_t part = 0; part < parts; ++part) {

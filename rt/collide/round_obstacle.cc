@@ -20,9 +20,10 @@ struct Axis {
   [[nodiscard]] double at(double ball) const HD_RT { return first + ball / (kBalls - 1) * (last - first); }
 };
 
-Axis nearPart(const RoundBody& a, double reach, const RoundBody& b) HD_RT {
+/** Of what is about that place within so far. */
+Axis nearPart(const Vec3& middle_W, double reach, const RoundBody& b) HD_RT {
   const double half = halfAxis(b.shape);
-  const double middle = (b.X_WO.inverse() * a.X_WO.p).z();
+  const double middle = (b.X_WO.inverse() * middle_W).z();
   return {std::clamp(middle - reach, -half, half), std::clamp(middle + reach, -half, half)};
 }
 
@@ -37,7 +38,7 @@ bool SceneContacts::tryRound(std::uint32_t k, const CollideRequest::Held& held, 
   if (!hasMantle(obstacle.shape) || held.shape.kind == ShapeKind::kSphere) return false;
   const RoundBody a{held.shape, held.X_WO}, b{obstacle.shape, obstacle.X_WO};
   const bool mesh = held.shape.kind == ShapeKind::kMesh, round = isRound(obstacle.shape);
-  const Axis axis = nearPart(a, points_.reach(), b);
+  const Axis axis = nearPart(a.X_WO * points_.middle(), points_.reach(), b);
   BallTouch touch;
   const auto meets = [&](const Vec3& center) HD_RT {
     NearestQuery query;

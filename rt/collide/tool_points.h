@@ -3,6 +3,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -33,7 +34,12 @@ class ToolPoints {
   [[nodiscard]] static bool isDisc(std::uint32_t i) HD_RT { return i >= kFirstDisc && i < kFirstDisc + kRings; }
   /** Half the way from disc to disc of a cylinder half as long as that [m]. */
   [[nodiscard]] static double apart(double half) HD_RT { return half / (kRings - 1); }
-  [[nodiscard]] double reach() const HD_RT { return reach_; }  ///< Farthest surface from the origin [m].
+  /** Of a ball about the surface: the origin, or of the box about it where that ball is smaller, for the origin may be
+   * anywhere. */
+  [[nodiscard]] Vec3 middle() const HD_RT {
+    return extent() < reach_ ? Vec3(0.5 * (low_ + high_)) : Vec3(Vec3::Zero());
+  }
+  [[nodiscard]] double reach() const HD_RT { return std::min(reach_, extent()); }  ///< Farthest surface from there [m].
   /** Half the diagonal of the box about the surface, wherever the origin is [m]. */
   [[nodiscard]] double extent() const HD_RT { return 0.5 * (high_ - low_).norm() + radius_; }
   /** Whether no part of the surface is beyond a tangent plane; of a mesh of more than kMostFaces that is not known. */
@@ -52,7 +58,7 @@ class ToolPoints {
   std::array<std::array<float, 3>, kMost> p_;
   std::uint32_t count_ = 0;
   double radius_ = 0;
-  double reach_ = 0;
+  double reach_ = 0;  ///< From the origin [m].
   Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();
   bool convex_ = false;
   bool corners_first_ = false;

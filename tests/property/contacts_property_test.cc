@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <utility>
 
 #include "rt/collide/scene_contacts.h"
 #include "rt/geometry/nearest/nearest.h"
@@ -100,6 +101,55 @@ TEST(ContactsProperty, OfTwoThatAreInEachOtherByAHairATouchIsToldThatDeep) {
     }
     EXPECT_GT(deepest, 0.5 * kHair - between) << model.count << " touches";
   });
+}
+
+/** Two blades across a bar, each between its points, of a mesh whose origin is so far from them. */
+ContactModel bladesOn(const Shape& bar, const Pose& X_WB, double far) {
+  test::TestMesh blades;
+  blades.flags = HD_MESH_CLOSED;
+  for (const double x : {-0.012, 0.012}) {
+    const test::TestMesh blade = test::boxMesh({0.002, 0.02, 0.003}, {x + far, 0, 0.003});
+    const auto first = static_cast<std::uint32_t>(blades.vertices.size());
+    blades.vertices.insert(blades.vertices.end(), blade.vertices.begin(), blade.vertices.end());
+    for (const auto& t : blade.triangles) blades.addTriangle(first + t[0], first + t[1], first + t[2]);
+  }
+  CollideRequest::Held held;
+  held.object = makeObjectId(9, 1);
+  held.shape.kind = ShapeKind::kMesh;
+  held.shape.mesh = blades.view();
+  held.X_WO.p = {-far, 0, -5e-6};
+  held.count = 1;
+  held.obstacle[0] = {7, bar, X_WB, {}};
+  ContactModel model;
+  DetectorReport report;
+  std::make_unique<SceneContacts>(1)->find(held, 0.003, {400'000, 0, nullptr}, model, report);
+  for (ContactModel::Point& point : model.point) point.p_A[0] -= static_cast<float>(far);
+  return model;
+}
+
+/** As of what is drawn where it stands in a machine: both blades once lay on the bar as one, or on nothing. */
+TEST(ContactsProperty, AToolMayHaveItsOriginFarFromIt) {
+  test::TestMesh bar = test::boxMesh({0.3, 0.004, 0.004});
+  const Shape box{ShapeKind::kBox, {0.3, 0.004, 0.004}}, pipe{ShapeKind::kCapsule, {0.005, 0.3, 0}};
+  Shape mesh{ShapeKind::kMesh, Vec3::Zero()};
+  mesh.mesh = bar.view();
+  const Quat on_edge(Eigen::AngleAxisd(EIGEN_PI / 4, Vec3::UnitX()));
+  const Quat along_x(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitY()));
+  const Vec3 edge(0, 0, -0.004 * std::sqrt(2)), mantle(0, 0, -0.005);
+  for (const double far : {0.0, 0.1, 0.3, 1.0}) {
+    for (const auto& [on, X_WB] :
+         {std::pair{box, Pose{edge, on_edge}}, {mesh, {edge, on_edge}}, {pipe, {mantle, along_x}}}) {
+      const ContactModel model = bladesOn(on, X_WB, far);
+      int left = 0, right = 0;
+      for (std::uint32_t i = 0; i < model.count; ++i) {
+        const float x = model.point[i].p_A[0];
+        left += std::abs(x + 0.012) < 0.0021;
+        right += std::abs(x - 0.012) < 0.0021;
+      }
+      EXPECT_GT(left, 0) << far << " on " << static_cast<int>(on.kind);
+      EXPECT_GT(right, 0) << far << " on " << static_cast<int>(on.kind);
+    }
+  }
 }
 
 }  // namespace

@@ -32,7 +32,10 @@ void Collider::step(Clock* clock) HD_RT {
   const std::int64_t share_ns = kBudgetNs / std::max<std::int64_t>(1, tools);
   for (std::uint32_t d = 0; d < contacts_.size(); ++d) {
     const CollideRequest::Held& held = question_.held[d];
-    if (held.object == 0) continue;
+    if (held.object == 0) {
+      contacts_[d]->forget();
+      continue;
+    }
     const std::int64_t deadline_ns = clock != nullptr ? clock->now() + share_ns : 0;
     ContactModel& model = answer_[d];
     DetectorReport report;

@@ -53,6 +53,8 @@ class SceneContacts {
    * Work units: as NearestQuery::work. */
   void find(const CollideRequest::Held& held, double ahead, const WorkBudget& budget, ContactModel& model,
             DetectorReport& report) HD_RT;
+  /** It was not asked about: what is asked next may have come there on any way. */
+  void forget() HD_RT { last_count_ = 0; }
   /** Which meshes have a volume; null: none. Before the first find(). */
   void setVolumes(const VolumeTable* volumes) { volumes_ = volumes; }
 

@@ -5,6 +5,8 @@
 
 #include <memory>
 
+#include "tests/support/shape/test_mesh.h"
+
 namespace hapticd {
 namespace {
 
@@ -57,6 +59,33 @@ TEST(Collider, CountsAnswersForWhichThereWasNoTime) {
   EXPECT_EQ(collider->counters.queries.load(), 2u);
   EXPECT_EQ(collider->counters.exhausted.load(), 2u);
   EXPECT_EQ(collider->counters.unsent.load(), 0u);
+}
+
+/** Nor has it been pressed through: a body let go there was pulled through the sheet, back to where it was taken up. */
+TEST(Collider, WhatAHandHasCarriedToTheOtherSideOfASheetIsOnThatSide) {
+  test::TestMesh sheet = test::heightMesh(0.05, 8, [](double, double) { return 0.0; });
+  for (const bool in_a_hand : {false, true}) {
+    const auto collider = std::make_unique<Collider>();
+    CollideRequest request;
+    CollideRequest::Held& body = request.held[kMaxDevices];
+    body.shape = Shape{ShapeKind::kSphere, Vec3(0.002, 0, 0)};
+    body.count = 1;
+    body.obstacle[0].slot = 7;
+    body.obstacle[0].shape = Shape{ShapeKind::kMesh, Vec3::Zero(), sheet.view(), 40};
+    double up = 0;
+    const auto ask = [&](std::uint32_t object, double z) {
+      body.object = object;
+      body.X_WO.p = {0.001, 0.001, z};
+      collider->questions.put(request);
+      collider->step(nullptr);
+      for (Command answer; collider->answers.pop(answer);) up = answer.as<ToolContacts>().point[0].n_B[2];
+    };
+    ask(makeObjectId(9, 1), 0.003);
+    EXPECT_GT(up, 0.99);
+    if (in_a_hand) ask(0, 0);
+    ask(makeObjectId(9, 1), -0.003);
+    EXPECT_NEAR(up, in_a_hand ? -1 : 1, 0.01);
+  }
 }
 
 }  // namespace

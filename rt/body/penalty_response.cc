@@ -25,10 +25,13 @@ void PenaltyResponse::solve(const ResponseProblem& problem, ResponseResult& resu
       const double along = touch.n.dot((problem.a.at(touch.r_a) + problem.b.at(touch.r_b)) * touch.n);
       force = std::min(-gains_.braking * u, along > 0 ? -u / (along * problem.dt) : 0.0);
     }
-    result.residual = std::max(result.residual, touch.target(problem.dt) - u);
     if (!(force > 0)) continue;
     result.impulse[i] = touch.n * (force * problem.dt);
     applyImpulse(problem, touch, result.impulse[i], result.a, result.b);
+  }
+  for (const Touch& touch : problem.touches.first(count)) {
+    const double u = relativeVelocity(result.a, result.b, touch).dot(touch.n);
+    result.residual = std::max(result.residual, touch.target(problem.dt) - u);
   }
 }
 

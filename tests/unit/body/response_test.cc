@@ -229,5 +229,50 @@ TEST(PenaltyResponse, PushesByDepthSharedAboveTen) {
   EXPECT_NEAR(result.a.v.z(), 10 * 0.4 * 1e-3, 1e-15);
 }
 
+TEST(PenaltyResponse, PushesNoDeeperThanHalfAVoxelAndBrakesWhatIsNearAtMostToAStop) {
+  const double mass = 0.5, dt = 1e-3;
+  PenaltyResponse response(PenaltyGains{.stiffness = 1000, .braking = 2, .near = 5e-4, .max_depth = 1e-3});
+  const auto after = [&](double gap, double speed, double of_mass) {
+    ResponseProblem problem;
+    problem.a = Mobility::free(of_mass, Mat3::Identity() * 1e-3);
+    problem.free_a.v.z() = speed;
+    problem.dt = dt;
+    Touch touch;
+    touch.gap = gap;
+    problem.touches = {&touch, 1};
+    ResponseResult result;
+    response.solve(problem, result);
+    EXPECT_NEAR(of_mass * (result.a.v.z() - speed), result.impulse[0].z(), 1e-15);
+    return result.a.v.z();
+  };
+  EXPECT_NEAR(after(-0.9e-3, 0, mass), 0.9 * dt / mass, 1e-15);
+  EXPECT_NEAR(after(-5e-3, 0, mass), 1.0 * dt / mass, 1e-15);
+  EXPECT_NEAR(after(-0.4e-3, 0.2, mass), 0.2 + 0.4 * dt / mass, 1e-15) << "though it leaves";
+  EXPECT_NEAR(after(4e-4, -0.1, mass), -0.1 + 2 * 0.1 * dt / mass, 1e-15);
+  EXPECT_EQ(after(4e-4, 0.1, mass), 0.1) << "it leaves";
+  EXPECT_EQ(after(6e-4, -0.1, mass), -0.1) << "not near";
+  EXPECT_NEAR(after(4e-4, -0.1, 1e-3), 0, 1e-15) << "so light that the brake would throw it back";
+}
+
+TEST(Responses, TellByHowMuchATouchStillMissesItsTarget) {
+  std::vector<std::unique_ptr<Response>> all = rigid();
+  all.push_back(std::make_unique<PenaltyResponse>(PenaltyGains{.stiffness = 1000, .braking = 2}));
+  for (const auto& response : all) {
+    for (const double gap : {-5e-4, 4e-4}) {
+      ResponseProblem problem;
+      problem.a = Mobility::free(0.01, Mat3::Identity() * 1e-3);
+      problem.free_a.v.z() = -1;
+      problem.dt = 1e-3;
+      Touch touch;
+      touch.gap = gap;
+      touch.separate = 0.02;
+      problem.touches = {&touch, 1};
+      ResponseResult result;
+      response->solve(problem, result);
+      EXPECT_NEAR(result.residual, std::max(0.0, touch.target(problem.dt) - result.a.v.z()), 1e-12) << response->name();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hapticd

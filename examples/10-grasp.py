@@ -62,7 +62,7 @@ def main() -> int:
     with haptic.Client(name="10-grasp") as client:
         devices = client.status().devices
         if len(devices) < 2 or devices[0].group != devices[1].group:
-            sys.exit("two devices in one group are needed: hapticd --allow-no-rt --config 10-grasp.toml")
+            sys.exit("two devices in one group are needed: /usr/sbin/hapticd --allow-no-rt --config 10-grasp.toml")
         names = [device.name for device in devices[:2]]
         with client.open_session(devices[0].uri) as index, client.open_session(devices[1].uri) as thumb:
             fingers = (index, thumb)

@@ -41,12 +41,12 @@ RunningDaemon::~RunningDaemon() {
 }
 
 void RunningDaemon::run(const Config& config, std::promise<void>& ready) {
-  auto io = kj::setupAsyncIo();
   MonotonicClock clock;
   CoreOptions options;
   options.config = config;
   options.epoch = 0x1234;
   Core core(options, clock);
+  auto io = kj::setupAsyncIo();  // Ends before the Core: what was under way lives in it, and asks the Core as it goes.
   auto control_socket = ListenSocket::bind(control(), 0600, {});
   auto admin_socket = ListenSocket::bind(admin(), 0600, {});
   if (!control_socket || !admin_socket) std::abort();

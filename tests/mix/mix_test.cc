@@ -38,16 +38,6 @@ std::string programOfDaemon() {
   return other != nullptr ? other : HAPTICD_PROGRAM;
 }
 
-/** Ends it; what was wrong with that. */
-std::string stopped(DaemonFixture& daemon) {
-  const int code = daemon.terminate();
-  const std::string log = daemon.log();
-  if (log.find("Sanitizer") != std::string::npos) return "a sanitizer speaks in its log\n";
-  // A machine too busy to run a servo within 0.3 s: the daemon ends without it, and says so.
-  if (code == 0 || log.find("does not come back") != std::string::npos) return {};
-  return fmt::format("it ends with {} when it is stopped\n", code);
-}
-
 class Mix {
  public:
   Mix(std::uint32_t seed, bool daemon_dies) : random_(seed), daemon_dies_(daemon_dies) {}
@@ -64,7 +54,7 @@ class Mix {
         if (random_.once(2)) {
           daemon_.kill();
         } else {
-          said_ += stopped(daemon_);
+          said_ += daemon_.stop();
         }
         (void)daemon_.start();
       }
@@ -181,7 +171,7 @@ void expectNothingStays(bool daemon_dies) {
     ASSERT_TRUE(daemon.running()) << daemon.log();
     std::string after;
     EXPECT_TRUE(eventually([&] { return (after = tidied(daemon)) == before; })) << after << "\nbefore: " << before;
-    EXPECT_EQ(stopped(daemon), "");
+    EXPECT_EQ(daemon.stop(), "");
     if (testing::Test::HasFailure()) std::fputs(daemon.log().c_str(), stderr);
   });
 }

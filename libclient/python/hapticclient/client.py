@@ -103,7 +103,7 @@ class Events(Handle):
         return _lib.haptic_events_fd(self._handle)
 
     def next(self, timeout_s: float = 0.0) -> Optional[Event]:
-        """The oldest event, or None when none came in time. Negative: waits for ever."""
+        """The oldest event, or None when none came in time. Negative: waits for ever (of a deadline give what is left, or 0)."""
         # The wait is cut into pieces so that Ctrl-C is heard.
         end = _lib.haptic_now_ns() + round(min(math.inf if timeout_s < 0 else timeout_s, 1e9) * 1e9)
         raw = _abi.Event()

@@ -53,7 +53,7 @@ TEST(RemovedSockets, AreMadeAnewAndWhoIsConnectedStays) {
   EXPECT_NE(said("timeout 20 " HAPTICD_PROGRAM " --allow-no-rt --socket " + daemon.socket() + " 2>&1")
                 .find("another hapticd (pid " + std::to_string(daemon.pid()) + ") serves this socket"),
             std::string::npos);
-  EXPECT_EQ(daemon.terminate(), 0);
+  EXPECT_EQ(daemon.stop(), "");
   for (const std::string& path : {daemon.socket(), daemon.adminSocket(), daemon.socket() + ".lock"})
     EXPECT_FALSE(std::filesystem::exists(path)) << path;
 }

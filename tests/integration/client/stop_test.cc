@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/eventually.h"
 #include "tests/support/process/daemon_fixture.h"
 
 namespace hapticd::test {
@@ -35,16 +36,18 @@ TEST(Stopping, WhileAMeshIsBuiltIsAsClean) {
   auto client = haptic::Client::connect({daemon.socket(), "loads"});
   ASSERT_TRUE(client);
   const Sheet sheet(400);
-  std::atomic<bool> building{false}, refused{false};
+  std::atomic<bool> building{false}, over{false};
+  int code = HAPTIC_OK;
   std::thread loads([&] {
-    const auto building_now = [&](float, const char*) { return building = true; };
-    refused = !client->scene().upload(sheet.vertices, sheet.triangles, 0, building_now);
-    building = true;
+    const auto report = [&](float, const char*) { return building = true; };
+    code = client->scene().upload(sheet.vertices, sheet.triangles, 0, report).code();
+    over = true;
   });
-  while (!building) std::this_thread::yield();
-  EXPECT_EQ(daemon.terminate(), 0) << daemon.log();
+  EXPECT_TRUE(eventually([&] { return building || over; }));
+  EXPECT_EQ(daemon.stop(), "") << daemon.log();
   loads.join();
-  EXPECT_TRUE(refused) << "it was built before it was stopped: make it larger";
+  EXPECT_TRUE(building);
+  EXPECT_EQ(code, HAPTIC_DISCONNECTED) << "0: it was built before it was stopped, make it larger";
 }
 
 TEST(Stopping, WhileDevicesAreArmedIsAsClean) {
@@ -55,12 +58,15 @@ TEST(Stopping, WhileDevicesAreArmedIsAsClean) {
   auto session = client->openSession();
   ASSERT_TRUE(session);
   std::atomic<int> armed{0};
+  std::atomic<bool> over{false};
   std::thread arms([&] {
     while (session->arm() && session->disarm()) ++armed;
+    over = true;
   });
-  while (armed < 20) std::this_thread::yield();
-  EXPECT_EQ(daemon.terminate(), 0) << daemon.log();
+  EXPECT_TRUE(eventually([&] { return armed >= 20 || over; }));
+  EXPECT_EQ(daemon.stop(), "") << daemon.log();
   arms.join();
+  EXPECT_GE(armed, 20);
 }
 
 }  // namespace

@@ -34,8 +34,10 @@ class DaemonFixture {
   bool start();
   /** SIGKILL, and waits. */
   void kill();
-  /** SIGTERM, and waits; SIGKILL after five seconds. Gives the exit code, -1 when a signal ended it. */
+  /** SIGTERM, and waits; SIGKILL after a minute. Gives the exit code, -1 when a signal ended it. */
   int terminate();
+  /** The same. Gives what was wrong with its end, a sanitizer's word too; "" if nothing was. */
+  [[nodiscard]] std::string stop();
 
   [[nodiscard]] pid_t pid() const { return pid_; }
   [[nodiscard]] std::string socket() const { return directory_.path() + "/control.sock"; }
@@ -52,6 +54,7 @@ class DaemonFixture {
   TemporaryDirectory directory_;
   pid_t pid_ = -1;
   int status_ = 0;
+  std::size_t said_ = 0;  ///< Of its log, before it was started last.
   bool ready_ = false;
 };
 

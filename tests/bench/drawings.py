@@ -125,6 +125,7 @@ def main():
         for given in (good + other, good.replace(row, other)):
             draw("zwidth/plot.py", given.encode(), "out.svg", "")
         draw("zwidth/plot.py", (good + "1,2\n").encode(), "out.svg", "holds nothing")
+        draw("zwidth/plot.py", (good + good).encode(), "out.svg", "holds 2 tables of walls")
 
 
 if __name__ == "__main__":

@@ -28,9 +28,9 @@ def load(path, rows):
     return script.draw(script.gather(path, rows))  # Other tables may stand in the file.
 
 
-def zwidth(path, _):
+def zwidth(_, rows):
     script = beside("zwidth/plot.py")
-    return script.draw(script.load(path))
+    return script.draw(script.numbers(rows))
 
 
 def grasp(path, columns, draw):

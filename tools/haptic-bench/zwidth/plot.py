@@ -25,24 +25,32 @@ def is_number(field):
 
 
 def load(path):
-    """The rows of all its tables of walls."""
+    """The rows of its table of walls."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             lines = [line for line in file if not line.startswith("#")]
     except (OSError, UnicodeDecodeError) as error:
         sys.exit(f"plot.py: {path}: it cannot be read: {error}")
-    header, rows = [], []
+    header, rows, tables = [], [], 0
     try:
         for fields in filter(None, csv.reader(lines)):
             if not any(map(is_number, fields)):  # Of another table, as compare and report have it.
                 header = fields
+                tables += COLUMNS <= set(header)
             elif COLUMNS <= set(header):
                 rows.append(dict(zip(header, map(float, fields), strict=True)))
     except (ValueError, csv.Error):
         rows = []
     if not rows:
         sys.exit(f"plot.py: {path}: holds nothing that haptic-bench zwidth --csv has written")
+    if tables > 1:  # Of another device, perhaps: drawn together each would hide the other.
+        sys.exit(f"plot.py: {path}: holds {tables} tables of walls: draw each alone, or haptic-bench report --with all")
     return rows
+
+
+def numbers(rows):
+    """The same of rows that were read as text."""
+    return [{name: float(value) for name, value in row.items()} for row in rows]
 
 
 def curve(rows, name):

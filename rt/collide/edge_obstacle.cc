@@ -133,9 +133,10 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
       apart = gapAt(edge.point(t), Vec3::Zero(), reach, times);
     }
     const Vec3 x_B = edge.point(t);
-    // A vertex of the tool counts, too: of what has come in over the edge by a hair its point is told one face only.
     if (!(apart <= margin + 2 * kInset)) return;
     Vec3 n_A = normal(apart), p_A = nearest.point;
+    // A vertex of the tool counts, too: of what has come in over the edge by a hair its point is told one face only.
+    if (nearest.kind == FeatureKind::kVertex && isToldAsPoint(p_A, held, obstacle, purse)) return;
     double gap = n_A.dot(p_A - X_AB * x_B);
     if (gap > margin) return;
     const Vec3 along = X_AB.q * edge.along;

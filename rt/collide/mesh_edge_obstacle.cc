@@ -263,8 +263,9 @@ bool SceneContacts::RidgeSearch::add(const Ridge& ridge, std::uint32_t triangle,
     gap_inset = gapAt(ridge.at(t) - inset * ridge.out, reach);
   }
   const Vec3 x_B = ridge.at(t);
-  if (!(gap_inset <= margin + 2 * inset)) return false;  // Of a vertex of the tool as of its faces.
+  if (!(gap_inset <= margin + 2 * inset)) return false;
   Vec3 n_A = normal(gap_inset), p_A = nearest.point;
+  if (nearest.kind == FeatureKind::kVertex && own.isToldAsPoint(p_A, held, obstacle, purse)) return false;
   double gap = n_A.dot(p_A - X_AB * x_B);
   if (!(gap <= margin)) return false;
   if (t == 0 || t == 1) {

@@ -242,6 +242,17 @@ bool SceneContacts::isOutermost(const Vec3& x, const CollideRequest::Held& held,
   return result != NearestResult::kFound;
 }
 
+bool SceneContacts::isToldAsPoint(const Vec3& x, const CollideRequest::Held& held,
+                                  const CollideRequest::Obstacle& obstacle, Purse& purse) const HD_RT {
+  if (held.shape.mesh->vertex_count > ToolPoints::kMost) return false;  // It may be none of them.
+  const Pose X_BA = obstacle.X_WO.inverse() * held.X_WO;
+  int side = 0;
+  PointTouch at;
+  constexpr double kHardly = 1e-3;  // Tilted by more, an edge beside the vertex may be deeper [rad].
+  return lookAt(obstacle, X_BA * x, kReach, purse, side, at) == Looked::kNear &&
+         isOutermost(x, held, X_BA.q.conjugate() * -at.out, kHardly - kTilted, purse);
+}
+
 bool SceneContacts::mayLean(std::uint32_t i, const CollideRequest::Held& held, std::uint32_t k, const Contact& contact,
                             Purse& purse) const HD_RT {
   const Vec3 n = held.X_WO.q.conjugate() * -contact.n_W;

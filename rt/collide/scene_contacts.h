@@ -132,6 +132,10 @@ class SceneContacts {
    * it has turned so far [rad]. In its frame. */
   [[nodiscard]] bool isOutermost(const Vec3& x, const CollideRequest::Held& held, const Vec3& n, double turn,
                                  Purse& purse) const HD_RT;
+  /** Whether vertex x of the tool's mesh, which an edge of the obstacle has found, is told as one of its points: where
+   * the obstacle is nearest to it no part of the tool is farther in. In its frame. */
+  [[nodiscard]] bool isToldAsPoint(const Vec3& x, const CollideRequest::Held& held,
+                                   const CollideRequest::Obstacle& obstacle, Purse& purse) const HD_RT;
   /** Whether point i may touch obstacle k as that says, or, of what is apart, once a hit has turned the tool: what
    * strikes with one corner comes down on the next before the next answer. Else an edge of the obstacle is beside it,
    * on which it would be caught as on a notch. */

@@ -78,6 +78,18 @@ void ToolPoints::addCylinder(double radius, double half) HD_RT {
   for (std::uint32_t k = 0; k < kRings; ++k) add({0, 0, height(k)});
 }
 
+/** Of a mesh of which not every vertex is a point: no tip of it may be out of what is known to be the tool. */
+void ToolPoints::addBounds(const MeshView& mesh) HD_RT {
+  if (mesh.node_count == 0) return;
+  const hd_bvh_node& root = mesh.nodes[0];
+  for (std::uint32_t c = 0; c < root.used; ++c) {
+    for (int i = 0; i < 3; ++i) {
+      low_[i] = std::min(low_[i], double{root.lower[i][c]});
+      high_[i] = std::max(high_[i], double{root.upper[i][c]});
+    }
+  }
+}
+
 void ToolPoints::make(const Shape& shape) HD_RT {
   count_ = 0;
   radius_ = 0;
@@ -107,6 +119,7 @@ void ToolPoints::make(const Shape& shape) HD_RT {
         const auto& v = shape.mesh->vertices[std::uint64_t{i} * vertices / n];
         add({v[0], v[1], v[2]});
       }
+      if (n < vertices) addBounds(*shape.mesh);
       convex_ = shape.mesh->triangle_count <= kMostFaces && isConvexMesh(*shape.mesh, kFlatTool * reach_);
       return;
     }

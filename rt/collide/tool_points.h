@@ -54,6 +54,7 @@ class ToolPoints {
   void add(const Vec3& p) HD_RT;
   void addBox(const Vec3& half) HD_RT;
   void addCylinder(double radius, double half) HD_RT;
+  void addBounds(const MeshView& mesh) HD_RT;
 
   std::array<std::array<float, 3>, kMost> p_;
   std::uint32_t count_ = 0;

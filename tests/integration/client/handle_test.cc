@@ -2,22 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <hapticclient/hapticclient.hpp>
-#include <optional>
 #include <utility>
 
-#include "tests/support/process/daemon_fixture.h"
+#include "tests/integration/client/maker.h"
 
 namespace hapticd::test {
 namespace {
 
-class Handles : public ::testing::Test {
+class Handles : public Maker {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(daemon_.running()) << daemon_.log();
-    auto client = haptic::Client::connect({daemon_.socket(), "maker"});
-    ASSERT_TRUE(client) << client.error().message();
-    client_.emplace(std::move(*client));
-  }
   [[nodiscard]] haptic::Result<haptic::Object> makeBall() {
     haptic_object ball = HAPTIC_OBJECT_INIT;
     ball.name = "ball";
@@ -25,9 +18,6 @@ class Handles : public ::testing::Test {
     return client_->scene().create(ball);
   }
   [[nodiscard]] bool ballStands() { return client_->scene().find("ball").ok(); }
-
-  DaemonFixture daemon_{{.program = HAPTICD_PROGRAM}};
-  std::optional<haptic::Client> client_;
 };
 
 TEST_F(Handles, RemovesNothingOfARestartedDaemon) {

@@ -3,24 +3,17 @@
 
 #include <cstdint>
 #include <hapticclient/hapticclient.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "tests/support/process/daemon_fixture.h"
+#include "tests/integration/client/maker.h"
 
 namespace hapticd::test {
 namespace {
 
-class ObjectFields : public ::testing::Test {
+class ObjectFields : public Maker {
  protected:
-  void SetUp() override {
-    ASSERT_TRUE(daemon_.running()) << daemon_.log();
-    auto client = haptic::Client::connect({daemon_.socket(), "maker"});
-    ASSERT_TRUE(client) << client.error().message();
-    client_.emplace(std::move(*client));
-  }
   /** As the daemon has it: by its own name, and not by the structures of the library. */
   std::string told(const std::string& name, const char* field) {
     const auto text = client_->get("/objects/" + name + "/" + field);
@@ -36,9 +29,6 @@ class ObjectFields : public ::testing::Test {
     ASSERT_TRUE(state) << state.error().message();
     EXPECT_EQ((*state)->object->flags, flags);
   }
-
-  DaemonFixture daemon_{{.program = HAPTICD_PROGRAM}};
-  std::optional<haptic::Client> client_;
 };
 
 /** Half a turn about an axis askew: each entry is another number. */

@@ -28,6 +28,13 @@ CostOptions shortStroke() {
   return options;
 }
 
+hapticd::Result<hapticd::SnapshotMemory> bumpySphere(std::uint32_t triangles) {
+  hapticd::BuildMonitor monitor;
+  auto built = hapticd::buildSnapshot(bumpySphereUpload(triangles), monitor);
+  if (!built) return built.error();
+  return hapticd::openSnapshot(std::move(*built->memfd.share()), false);
+}
+
 TEST(Cost, AllVectorPathsLookAtTheSame) {
   using hapticd::VectorPath;
   const VectorPath best = hapticd::vectorPath();
@@ -97,10 +104,7 @@ TEST(Cost, TheBumpySphereIsClosedAndLiesOnItsSurface) {
 }
 
 TEST(Cost, TheStrokeGoesOverNewGroundAtItsSpeed) {
-  hapticd::BuildMonitor monitor;
-  auto built = hapticd::buildSnapshot(bumpySphereUpload(16'000), monitor);
-  ASSERT_TRUE(built);
-  auto memory = hapticd::openSnapshot(std::move(*built->memfd.share()), false);
+  auto memory = bumpySphere(16'000);
   ASSERT_TRUE(memory);
   const MeshStroke stroke(memory->view, 8, 0.1);
   ASSERT_EQ(stroke.ticks(), 8000u);
@@ -151,10 +155,7 @@ TEST(Cost, WhatInterruptsATickIsNotItsCost) {
 }
 
 TEST(Cost, AServoThatTheMachineHeldUpGoesOn) {
-  hapticd::BuildMonitor monitor;
-  auto built = hapticd::buildSnapshot(bumpySphereUpload(1'000), monitor);
-  ASSERT_TRUE(built);
-  auto memory = hapticd::openSnapshot(std::move(*built->memfd.share()), false);
+  auto memory = bumpySphere(1'000);
   ASSERT_TRUE(memory);
   const MeshStroke stroke(memory->view, 0.3, 0.1);
   ServoStage servo(memory->view, stroke);

@@ -17,7 +17,7 @@ class OwnDaemonCase(unittest.TestCase):
         self.daemon = OwnDaemon(os.environ["HAPTICD_PROGRAM"], "--device", "sim://", config=config)
         self.addCleanup(self.daemon.close)
         self.daemon.start()
-        self.client = haptic.Client(str(self.daemon.socket), name=name)
+        self.client = haptic.Client(self.daemon.socket, name=name)
         self.addCleanup(self.client.close)
 
     def refused(self, code, function, *arguments, **named):

@@ -6,6 +6,7 @@ import ctypes
 import dataclasses
 import json
 import math
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
@@ -318,9 +319,10 @@ class Client(Handle):
     _kind = "client"
     _release = _lib.haptic_disconnect
 
-    def __init__(self, socket: Optional[str] = None, *, name: str = "python", administration: bool = False,
-                 timeout_s: float = 0.0) -> None:
-        options = _abi.ConnectOptions(flags=1 if administration else 0, socket=_bytes(socket), name=arrays.text(name),
+    def __init__(self, socket: Union[str, os.PathLike[str], None] = None, *, name: str = "python",
+                 administration: bool = False, timeout_s: float = 0.0) -> None:
+        path = None if socket is None else os.fspath(socket)
+        options = _abi.ConnectOptions(flags=1 if administration else 0, socket=_bytes(path), name=arrays.text(name),
                                       timeout_ns=round(min(timeout_s, 1e9) * 1e9))
         handle = ctypes.c_void_p()
         call(_lib.haptic_connect, ctypes.byref(options), ctypes.byref(handle))

@@ -6,7 +6,7 @@
 #include <exception>
 #include <new>
 
-#include "rt/base/clock.h"
+#include "daemon/device/patience.h"
 
 namespace hapticd {
 
@@ -44,14 +44,10 @@ std::vector<std::string> DeviceCloser::close(DeviceGroup::Leaving leaving, std::
     close_all();
   }
   MonotonicClock clock;
-  constexpr std::int64_t kLook_ns = 200'000;
-  const std::int64_t until_ns = clock.now() + patience_ns;
-  const auto left = [&closing] { return closing.closed.load(std::memory_order_acquire) < closing.uris.size(); };  // A
-  while (left() && clock.now() < until_ns) clock.sleepUntil(clock.now() + kLook_ns);
-  if (left()) {
-    const auto closed = static_cast<std::ptrdiff_t>(closing.closed.load(std::memory_order_acquire));
-    return {closing.uris.begin() + closed, closing.uris.end()};
-  }
+  Patience patience(clock, patience_ns);
+  const auto closed = [&closing] { return closing.closed.load(std::memory_order_acquire); };  // A
+  if (!patience.until([&] { return closed() == closing.uris.size(); }))
+    return {closing.uris.begin() + static_cast<std::ptrdiff_t>(closed()), closing.uris.end()};
   if (closing.thread.joinable()) closing.thread.join();
   closing_.pop_back();
   return {};

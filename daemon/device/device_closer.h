@@ -26,7 +26,7 @@ class DeviceCloser {
   ~DeviceCloser();
 
   /**
-   * safe() for each at once, then close() one after the other, on a thread, for which it waits `patience_ns` at most.
+   * safe() for each at once, then close() one after the other, on a thread, for which it has so much Patience.
    * Those that are not closed by then stay here, held for the last resort: their URIs, of which the first is what holds
    * up the others.
    */

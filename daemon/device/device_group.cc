@@ -7,6 +7,8 @@
 #include <future>
 #include <utility>
 
+#include "daemon/device/patience.h"
+
 namespace hapticd {
 namespace {
 
@@ -174,14 +176,9 @@ Result<void> DeviceGroup::betweenCycles(const std::function<void(Servo&)>& work)
 
 bool DeviceGroup::endThreads(std::int64_t patience_ns) {
   if (servo_thread_.running()) {
-    constexpr std::int64_t kLook_ns = 200'000;
-    const std::int64_t until_ns = clock_.now() + patience_ns;
+    Patience patience(clock_, patience_ns);
     stop_.store(true, std::memory_order_release);  // R4
-    while (!servoEnded()) {
-      if (clock_.now() < until_ns) {
-        clock_.sleepUntil(clock_.now() + kLook_ns);
-        continue;
-      }
+    if (!patience.until([this] { return servoEnded(); })) {
       stop_.store(false, std::memory_order_relaxed);  // Should it end all the same, the next call joins it.
       for (auto& device : devices_) device->safe();
       return false;

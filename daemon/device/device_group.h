@@ -44,8 +44,8 @@ class DeviceGroup {
   ~DeviceGroup();
 
   /**
-   * Ends the threads. False when the servo has not come back from a device within `patience_ns`: then safe() was called
-   * for each device, and should it come back it goes on as before. True when there is none (any more).
+   * Ends the threads. False when the servo has not come back from a device within so much Patience: then safe() was
+   * called for each device, and should it come back it goes on as before. True when there is none (any more).
    */
   [[nodiscard]] bool endThreads(std::int64_t patience_ns);
   /** Whether the servo has ended, though nobody may have joined it yet. */

@@ -6,8 +6,8 @@
 #include <new>
 #include <system_error>
 
+#include "daemon/device/patience.h"
 #include "drivers/link/slow_to_open.h"
-#include "rt/base/clock.h"
 
 namespace hapticd {
 namespace {
@@ -82,12 +82,9 @@ DeviceOpener::Stopped DeviceOpener::stop(std::int64_t patience_ns) {
   giveUp();
   Stopped stopped;
   MonotonicClock clock;
-  constexpr std::int64_t kLook_ns = 200'000;
-  const std::int64_t until_ns = clock.now() + patience_ns;
+  Patience patience(clock, patience_ns);
   for (auto it = running_.begin(); it != running_.end();) {
-    while (!it->finished.load(std::memory_order_acquire) && clock.now() < until_ns)  // A
-      clock.sleepUntil(clock.now() + kLook_ns);
-    if (!it->finished.load(std::memory_order_acquire)) {  // A
+    if (!patience.until([&] { return it->finished.load(std::memory_order_acquire); })) {  // A
       stopped.stuck.push_back((it++)->uri);
       continue;
     }

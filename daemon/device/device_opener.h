@@ -33,7 +33,7 @@ class DeviceOpener {
     std::vector<std::unique_ptr<Device>> open;  ///< What opened all the same: to be closed.
     std::vector<std::string> stuck;             ///< URIs of those that stay here: their open() has not returned.
   };
-  /** Gives up what is under way, for which it waits `patience_ns` at most; `done` is not called. */
+  /** Gives up what is under way, for all of which it has so much Patience; `done` is not called. */
   [[nodiscard]] Stopped stop(std::int64_t patience_ns);
 
   /** Calls device->open() on a thread of its own; `done` is called by poll() when it has returned. */

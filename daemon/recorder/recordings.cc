@@ -167,7 +167,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
     std::uint64_t uncopied = 0;
     for (std::size_t i = 0; i < published.size(); ++i)
       uncopied += meshes[i].shared && hasMoved(link, published[i]) ? published[i].bytes.size() : 0;
-    if (uncopied >= kLarge_bytes) {  // The servo would stand too long.
+    if (uncopied >= kLargeBytes) {  // The servo would stand too long.
       outcome = Error{ErrorCode::kWouldBlock, device.name, "meshes are being deformed for the first time", "try again"};
       return;
     }
@@ -228,7 +228,7 @@ bool Recordings::ready(OpenDevice& device, const Client& by) {
     bytes += mesh.bytes.size();
     files.push_back(std::move(*file));
   }
-  if (bytes < kLarge_bytes) return true;
+  if (bytes < kLargeBytes) return true;
   (void)copies_.start(
       [files = std::move(files)]() mutable -> Result<Copies> {
         Copies made;

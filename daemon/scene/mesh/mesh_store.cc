@@ -127,7 +127,7 @@ bool MeshStore::readyForServo() {
   for (const auto& entry : shelf_->entries()) {
     if (entry == nullptr || entry->dropped || !entry->info.deformable) continue;
     at_once += entry->info.bytes;
-    if (at_once < kLarge_bytes) continue;
+    if (at_once < kLargeBytes) continue;
     at_once -= entry->info.bytes;
     if (entry->spare == Spare::kNone && entry->fresh.empty()) copyAside(*entry);
     ready = ready && entry->spare != Spare::kAsked;
@@ -148,7 +148,7 @@ void MeshStore::copyAside(Entry& entry) {
                  if (!copy) return;
                  auto made = std::make_unique<SnapshotMemory>(std::move(*copy));
                  if (asked != nullptr) return asked->fresh.push_back(std::move(made));
-                 giveBack(std::move(made), kLarge_bytes);  // Dropped meanwhile.
+                 giveBack(std::move(made), kLargeBytes);  // Dropped meanwhile.
                });
 }
 
@@ -173,7 +173,7 @@ void MeshStore::giveBackFresh(Entry& entry) {
 /** What has many pages, also of many things, takes its time to go. */
 template <class Memory>
 void MeshStore::giveBack(Memory memory, std::uint64_t bytes) {
-  if (bytes >= kLarge_bytes) (void)aside_.letGo(std::move(memory), [] {});
+  if (bytes >= kLargeBytes) (void)aside_.letGo(std::move(memory), [] {});
 }
 
 std::size_t MeshStore::servos() const { return shelf_->sinks().size(); }

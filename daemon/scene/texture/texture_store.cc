@@ -183,7 +183,7 @@ void TextureStore::reclaim() {
   aside_.poll();
   shelf_->reclaim([&](std::uint32_t index) { unpublish(index); },
                   [&](std::unique_ptr<Entry> entry) {
-                    if (entry->info.bytes >= kLarge_bytes) (void)aside_.letGo(std::move(entry), [] {});
+                    if (entry->info.bytes >= kLargeBytes) (void)aside_.letGo(std::move(entry), [] {});
                   });
 }
 

@@ -22,7 +22,7 @@
 namespace hapticd {
 
 /** From so many bytes on giving memory back takes the kernel long: 2 ms for 32 MB, some of it waiting for others. */
-inline constexpr std::uint64_t kLarge_bytes = 4 << 20;
+inline constexpr std::uint64_t kLargeBytes = 4 << 20;
 
 /** One job after the other on a thread of its own, begun with the first; each client has its turn. Control thread only.
  */

@@ -74,7 +74,7 @@ Uploads::Upload* Uploads::find(std::uint64_t id) {
 
 bool Uploads::isLarge(int fd) noexcept {
   struct stat held {};
-  return fd >= 0 && ::fstat(fd, &held) == 0 && static_cast<std::uint64_t>(held.st_blocks) * 512 >= kLarge_bytes;
+  return fd >= 0 && ::fstat(fd, &held) == 0 && static_cast<std::uint64_t>(held.st_blocks) * 512 >= kLargeBytes;
 }
 
 Uploads::Upload Uploads::take(std::uint64_t id) {

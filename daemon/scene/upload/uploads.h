@@ -65,8 +65,11 @@ class Uploads {
    */
   template <class Gone>
   void close(UniqueFd file, Gone gone) noexcept {
-    if (isLarge(file.get()) && going_.size() < kMostGoing && going_.letGo(std::move(file), gone)) return;
-    file.reset();
+    if (isLarge(file.get()) && going_.size() < kMostGoing) {
+      if (going_.letGo(std::move(file), gone)) return;  // Else it went here.
+    } else {
+      file.reset();
+    }
     gone();
   }
 

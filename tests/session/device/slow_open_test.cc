@@ -153,9 +153,9 @@ TEST(SlowOpen, SoDoManySmallMeshes) {
   std::vector<std::uint64_t> ids;
   const auto fill = [&](MeshStore& meshes) {
     ids.clear();
-    for (std::uint64_t bytes = 0; bytes < 3 * kLarge_bytes; bytes += meshes.find(ids.back())->bytes) {
+    for (std::uint64_t bytes = 0; bytes < 3 * kLargeBytes; bytes += meshes.find(ids.back())->bytes) {
       ids.push_back(*meshes.add(std::move(*built->memfd.share()), {}));
-      ASSERT_LT(meshes.find(ids.back())->bytes, kLarge_bytes);
+      ASSERT_LT(meshes.find(ids.back())->bytes, kLargeBytes);
     }
   };
   const auto waits = [&] {

@@ -13,7 +13,7 @@
 namespace hapticd::test {
 namespace {
 
-constexpr std::uint64_t kBytes = 2 * kLarge_bytes;
+constexpr std::uint64_t kBytes = 2 * kLargeBytes;
 constexpr const char* kUpload = "hapticd-upload";
 
 /** This process's descriptors of memory of that name. */

@@ -193,7 +193,8 @@ class Core {
   [[nodiscard]] Result<Recordings::Started> record(std::string_view uri, std::uint64_t connection);
   /**
    * The same; `done` is called once, now or by a later poll(): where a recording that ends is in the way, when it is
-   * over, and where much is deformed, when it has been copied; kRoomNs later at most.
+   * over, and where much is deformed, when it has been copied, kRoomNs later at most; where the force of a device that
+   * was disarmed is still being lowered, when it is down, kLowered_ns later at most.
    */
   using RecordDone = std::function<void(Result<Recordings::Started>)>;
   void record(std::string_view uri, std::uint64_t connection, RecordDone done);
@@ -281,7 +282,7 @@ class Core {
   struct RecordWish {
     std::string uri;
     std::uint64_t connection;
-    std::int64_t until_ns;
+    std::int64_t since_ns;
     RecordDone done;
   };
   void fulfil(Wish wish);

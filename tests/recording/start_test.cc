@@ -302,5 +302,49 @@ TEST(RecordingStart, AReaderWhoStandsStillEndsOnlyTheRecording) {
   bench.core.recordings().drop(started->id);
 }
 
+/** A program disarms, records and arms again, each as soon as it may. */
+TEST(RecordingStart, WaitsForADeviceThatIsBeingDisarmed) {
+  Bench bench(Bench::relaxed(), 2);
+  Session* const session = bench.live();
+  ASSERT_NE(session, nullptr);
+  std::vector<ErrorCode> answers;
+  const auto ask = [&] {
+    bench.core.record("", bench.administration, [&](Result<Recordings::Started> started) {
+      answers.push_back(started ? ErrorCode::kOk : started.error().code);
+      if (started) bench.core.recordings().drop(started->id);
+    });
+  };
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  ask();
+  EXPECT_EQ(answers, std::vector{ErrorCode::kInvalidArgument}) << "nobody has disarmed it";
+
+  ASSERT_TRUE(bench.core.disarm(session->id).ok());
+  ask();
+  EXPECT_EQ(answers.size(), 1u) << "its force is being lowered";
+  bench.step(5);
+  ASSERT_EQ(answers.size(), 2u);
+  EXPECT_EQ(answers.back(), ErrorCode::kOk);
+
+  ASSERT_TRUE(stepUntil(bench, [&] { return bench.core.recordings().size() == 0; }));
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  ASSERT_TRUE(bench.core.disarm(session->id).ok());
+  ask();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  ASSERT_EQ(answers.size(), 3u);
+  EXPECT_EQ(answers.back(), ErrorCode::kInvalidArgument) << "it was armed again meanwhile";
+
+  const auto other = bench.core.openSession("test://second", bench.connection, "", HD_SHM_MAJOR, HD_SHM_MINOR);
+  ASSERT_TRUE(other.ok()) << toString(other.error());
+  const ClientSide side(**other);
+  ASSERT_TRUE(bench.core.sessions().mapped((*other)->id).ok());
+  side.producer->heartbeat(bench.clock.now());
+  bench.step(3);
+  ASSERT_TRUE(bench.arm((*other)->id).ok());
+  ASSERT_TRUE(bench.core.disarm((*other)->id).ok());
+  ask();
+  ASSERT_EQ(answers.size(), 4u);
+  EXPECT_EQ(answers.back(), ErrorCode::kInvalidArgument) << "the other of the group is not being disarmed";
+}
+
 }  // namespace
 }  // namespace hapticd::test

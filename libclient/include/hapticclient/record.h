@@ -25,8 +25,9 @@ typedef struct haptic_recording_end {
 
 /**
  * Begins to record the device and those that share its servo; an empty URI is the first device. It must not be armed:
- * a recording begins with the servo's cycle made anew. Takes the administration connection where another user has a
- * session on it (HAPTIC_PERMISSION_DENIED). HAPTIC_ALREADY_EXISTS: it is being recorded. Blocks; any thread.
+ * a recording begins with the servo's cycle made anew; one that is being disarmed is waited for. Takes the
+ * administration connection where another user has a session on it (HAPTIC_PERMISSION_DENIED). HAPTIC_ALREADY_EXISTS:
+ * it is being recorded. Blocks; any thread.
  */
 HAPTIC_API int haptic_recording_start(haptic_client* client, const char* uri, haptic_recording** recording,
                                       haptic_error* error);

@@ -71,7 +71,8 @@ interface Daemon {
 
   closeDevice @3 (uri :Text) -> (status :Status);
   # Administration; or who alone has asked for it, of no hardware and not configured. Refused while a session holds it.
-  # Refused, too, while its force is being lowered; for administration two seconds at most.
+  # Answered when its force has been lowered; of a servo that stands still in two seconds, by a refusal (WOULD_BLOCK) or,
+  # for administration, all the same.
 
   openSession @4 (uri :Text, clientName :Text, layoutMajor :UInt16, layoutMinor :UInt16)
       -> (status :Status, session :Session, info :SessionInfo);

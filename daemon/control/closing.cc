@@ -56,7 +56,7 @@ Result<void> Core::mayGo(const GroupLink& link, bool administration) {
       log::warn("{}: closed although its servo has not lowered its force", device->name);
       continue;
     }
-    return Error{ErrorCode::kDeviceBusy, device->name, "its force is still being lowered",
+    return Error{ErrorCode::kWouldBlock, device->name, "its force is still being lowered",
                  "try again; it takes two seconds at most"};
   }
   return {};

@@ -316,37 +316,6 @@ std::uint64_t Core::heldBytesOf(std::uint32_t uid) const {
   return sum;
 }
 
-Result<Recordings::Started> Core::record(std::string_view uri, std::uint64_t connection) {
-  auto device = devices_.find(uri);
-  if (!device) return device.error();
-  const Client& by = client(connection);
-  if (auto r = checkQuota(by.uid, sizeof(CycleLog), 0); !r) return r.error();
-  return recordings_.start(**device, by, devices_);
-}
-
-void Core::record(std::string_view uri, std::uint64_t connection, RecordDone done) {
-  fulfil(RecordWish{std::string(uri), connection, clock_.now(), std::move(done)});
-}
-
-/** One that ends is there until all is in its stream: who records again at once waits for that. So does who has just
- * disarmed. */
-void Core::fulfil(RecordWish wish) {
-  if (!clients_.has(wish.connection))
-    return wish.done(Error{ErrorCode::kTimeout, "connection", "the client has left", {}});
-  const auto device = devices_.find(wish.uri);
-  const std::int64_t waited_ns = clock_.now() - wish.since_ns;
-  const bool has_place = device && record_wishes_.size() < kWishes, may_wait = has_place && waited_ns < kRoomNs;
-  if (may_wait && !recordings_.ready(**device, client(wish.connection)))
-    return record_wishes_.push_back(std::move(wish));
-  auto started = record(wish.uri, wish.connection);
-  const auto is = [&](ErrorCode code) { return !started && started.error().code == code; };
-  if ((may_wait && is(ErrorCode::kWouldBlock)) ||
-      (may_wait && is(ErrorCode::kAlreadyExists) && recordings_.ends(*(*device)->link)) ||
-      (has_place && waited_ns < kLowered_ns && is(ErrorCode::kInvalidArgument) && (*device)->link->isLowered()))
-    return record_wishes_.push_back(std::move(wish));
-  wish.done(std::move(started));
-}
-
 Result<void> Core::checkQuota(std::uint32_t uid, std::uint64_t bytes, std::uint64_t triangles) const {
   const auto most = static_cast<std::uint64_t>(options_.config.quotas.memory_mb * 1e6);
   const std::uint64_t have = bytesOf(uid);

@@ -183,11 +183,18 @@ class Core {
   void openDevice(std::string_view uri, std::uint64_t connection, DeviceManager::Done done);
   /**
    * Administration; and a client that alone has asked for it, of no hardware and not configured. kDeviceBusy while a
-   * session uses a device of its group, or the force of one is still being lowered; the administrator is held up by the
-   * latter for kLowered_ns at most, for a servo that stands still lowers nothing. What only clients that have left had
-   * asked for closes by itself, in poll(), once nothing uses it.
+   * session uses a device of its group, kWouldBlock while the force of one is still being lowered; the administrator is
+   * held up by the latter for kLowered_ns at most, for a servo that stands still lowers nothing. What only clients that
+   * have left had asked for closes by itself, in poll(), once nothing uses it.
    */
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
+  /**
+   * Attempts what is kWouldBlock while the force of a device is being lowered, for it was disarmed or stopped or its
+   * session has ended: now and, as long as that is so, in each poll(), kLowered_ns at most. `done` hears the last
+   * answer; that of a connection which has left is kTimeout, without another attempt.
+   */
+  void onceLowered(std::uint64_t connection, std::function<Result<void>()> attempt,
+                   std::function<void(const Result<void>&)> done);
 
   /** Records the device's group; Recordings says who may. */
   [[nodiscard]] Result<Recordings::Started> record(std::string_view uri, std::uint64_t connection);
@@ -262,6 +269,8 @@ class Core {
   [[nodiscard]] Result<void> mayGo(const GroupLink& link, bool administration);
   /** Disarmed, and what was last sent to it is zero. */
   [[nodiscard]] static bool powerless(const OpenDevice& device);
+  /** Switched off, and not powerless yet. */
+  [[nodiscard]] static bool isLowered(const OpenDevice& device);
   Result<void> closeGroupOf(OpenDevice& device);
   void closeUnused();
   [[nodiscard]] Result<Session*> sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name);
@@ -285,8 +294,15 @@ class Core {
     std::int64_t since_ns;
     RecordDone done;
   };
+  struct LoweredWish {
+    std::uint64_t connection;
+    std::int64_t since_ns;
+    std::function<Result<void>()> attempt;
+    std::function<void(const Result<void>&)> done;
+  };
   void fulfil(Wish wish);
   void fulfil(RecordWish wish);
+  void fulfil(LoweredWish wish);
   void pollWishes();
   void pollArms();
   /** True when it is answered. `others` wait, too, in their order. */
@@ -327,6 +343,7 @@ class Core {
   std::list<PendingArm> arms_;
   std::list<Wish> wishes_;
   std::list<RecordWish> record_wishes_;
+  std::list<LoweredWish> lowered_wishes_;
   std::map<const GroupLink*, std::uint64_t> events_dropped_;
   /** Periods that a servo has missed and nobody was told of yet. */
   struct Missed {

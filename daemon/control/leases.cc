@@ -52,45 +52,6 @@ void Core::openSession(std::string_view uri, std::uint64_t connection, const std
   fulfil({std::string(uri), connection, name, clock_.now() + kRoomNs, std::move(done)});
 }
 
-/** A session that has ended counts until its force has faded: who opens one after the other waits for that. */
-void Core::fulfil(Wish wish) {
-  const std::string uri = wish.uri;
-  const std::uint64_t connection = wish.connection;
-  openDevice(uri, connection, [this, wish = std::move(wish)](const Result<OpenDevice*>& device) mutable {
-    if (!device) return wish.done(device.error());
-    if (!clients_.has(wish.connection)) return wish.done(gone());  // It has left while the device was opened.
-    auto session = sessionOn(*device.value(), wish.connection, wish.name);
-    const bool waits = !session && session.error().code == ErrorCode::kQuotaExceeded && wishes_.size() < kWishes &&
-                       clock_.now() < wish.until_ns &&
-                       sessions_.anyEnds(client(wish.connection).uid, *device.value()->link);
-    if (waits) return wishes_.push_back(std::move(wish));
-    wish.done(session);
-  });
-}
-
-/** For want of memory a wish is over, and with it whoever waits for it; the others are not. */
-void Core::pollWishes() {
-  bool no_memory = false;
-  const auto look = [&](auto waiting, auto&& at) {
-    for (auto& wish : waiting) {
-      try {
-        at(wish);
-      } catch (const std::bad_alloc&) {
-        no_memory = true;
-      }
-    }
-  };
-  look(std::exchange(wishes_, {}), [this](Wish& wish) {
-    if (!clients_.has(wish.connection)) {
-      wish.done(gone());
-    } else {
-      fulfil(std::move(wish));
-    }
-  });
-  look(std::exchange(record_wishes_, {}), [this](RecordWish& wish) { fulfil(std::move(wish)); });
-  if (no_memory) throw std::bad_alloc();
-}
-
 Result<Session*> Core::sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name) {
   Client by = client(connection);
   if (!name.empty()) by.name = name;

@@ -112,14 +112,6 @@ bool GroupLink::waits(const Off& off) const { return off.order > group_->takenBy
 
 std::int64_t GroupLink::offSince(std::uint32_t device) const { return waits(off_[device]) ? off_[device].since_ns : 0; }
 
-bool GroupLink::isLowered() const {
-  for (std::uint32_t d = 0; d < group_->deviceCount(); ++d) {
-    hd_sample sample{};
-    if (off_[d].kind == CommandKind::kNone && latest(d, sample) && (sample.flags & HD_SAMPLE_ARMED) != 0) return false;
-  }
-  return true;
-}
-
 bool GroupLink::lowerLimits(std::uint32_t device, const GuardLimits& most) {
   if (group_->sent() - group_->taken() >= kInFlight + kLowering) return false;
   if (!urgent(makeCommand(CommandKind::kDeviceLimits, limitsOrder(device, most, true)))) return false;

@@ -59,8 +59,8 @@ class GroupLink final : public CommandSink {
   [[nodiscard]] bool switchOff(std::uint32_t device, CommandKind kind, std::int64_t now_ns);
   /** Since when an order to switch that device off has waited for the servo; 0: none does. */
   [[nodiscard]] std::int64_t offSince(std::uint32_t device) const;
-  /** Whether each of its devices that is armed has been told to switch off since: in Guard::kLower_s none is armed. */
-  [[nodiscard]] bool isLowered() const;
+  /** Whether it was told to switch that device off, and not to arm it since. */
+  [[nodiscard]] bool isSwitchedOff(std::uint32_t device) const { return off_[device].kind != CommandKind::kNone; }
   /**
    * Lowers the device's limits to these where they are higher, before all that waits in the outbox, where orders that
    * set limits then set none above these. False when so many of them are under way that a stop would have to wait.

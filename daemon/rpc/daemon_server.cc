@@ -91,10 +91,14 @@ kj::Promise<void> DaemonServer::openDevice(OpenDeviceContext context) {
 }
 
 kj::Promise<void> DaemonServer::closeDevice(CloseDeviceContext context) {
-  return answer(context, [&](auto params, auto) -> Result<void> {
+  return answerLater(context, [&](auto params, auto later) -> Result<void> {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
-    return core_.closeDevice(*uri, connection_);
+    const auto close = [&core = core_, by = connection_, uri = std::string(*uri)] {
+      return caught([&] { return core.closeDevice(uri, by); });
+    };
+    core_.onceLowered(connection_, close, [later](const Result<void>& closed) { later->done(closed); });
+    return {};
   });
 }
 
@@ -143,13 +147,23 @@ kj::Promise<void> DaemonServer::get(GetContext context) {
 }
 
 kj::Promise<void> DaemonServer::set(SetContext context) {
-  return answer(context, [&](auto params, auto results) -> Result<void> {
-    const auto uri = params.getUri();
-    auto json = core_.editFor(connection_, [&] {
-      return ResourceTree(core_).set({uri.begin(), uri.size()}, client());
+  return answerLater(context, [&](auto params, auto later) -> Result<void> {
+    const std::string uri(params.getUri().begin(), params.getUri().size());
+    const auto json = std::make_shared<std::string>();
+    const auto set = [&core = core_, by = connection_, uri, json] {
+      return caught([&]() -> Result<void> {
+        auto now = core.editFor(by, [&] { return ResourceTree(core).set(uri, core.client(by)); });
+        if (!now) return now.error();
+        *json = std::move(*now);
+        return {};
+      });
+    };
+    core_.onceLowered(connection_, set, [later, json](const Result<void>& done) {
+      later->answer([&](auto results) -> Result<void> {
+        if (done) results.setJson(text(*json));
+        return done;
+      });
     });
-    if (!json) return json.error();
-    results.setJson(text(*json));
     return {};
   });
 }

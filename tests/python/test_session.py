@@ -271,6 +271,20 @@ class Pushes(unittest.TestCase):
             administrator.close_device(opened.uri)
         self.assertNotIn(opened.uri, [device.uri for device in self.client.devices() if device.open])
 
+    def test_what_follows_a_disarm_or_an_end_need_not_ask_twice(self):
+        for _ in range(5):
+            device = self.client.open_device("sim://touch?serial=again")
+            with self.client.open_session(device.uri) as session:
+                session.arm()
+                session.disarm()
+                self.client.set(f"/devices/{device.name}/scale?value=2")
+                session.arm()
+                session.disarm()
+                with self.client.record(device.uri) as recording:
+                    recording.stop()
+                session.arm()
+            self.client.close_device(device.uri)
+
     def test_a_killed_program_leaves_no_simulated_device(self):
         uri = "sim://touch?serial=killed"
         program = ("import hapticclient as haptic\n"

@@ -83,7 +83,7 @@ TEST_F(Quiet, NoDeviceClosesOnATurnedHand) {
   bench.core.sessions().end(id, "test");
   bench.step(70);  // Its share has faded, and the torque falls.
   ASSERT_FALSE(nothingSent());
-  EXPECT_EQ(bench.core.closeDevice(kTurned, bench.connection).error().code, ErrorCode::kDeviceBusy);
+  EXPECT_EQ(bench.core.closeDevice(kTurned, bench.connection).error().code, ErrorCode::kWouldBlock);
   bench.core.disconnect(bench.connection);
   for (int tick = 0; tick < 400 && bench.core.devices().devices().size() == 2; ++tick) {
     for (const auto& link : bench.core.devices().links()) link->group().step();

@@ -2,6 +2,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <optional>
+#include <vector>
 
 #include "tests/session/bench.h"
 
@@ -106,11 +108,61 @@ TEST_F(Leaving, NobodyClosesItWhileTheHandFeelsAForce) {
     untilClosed([&] {
       const auto closed = bench.core.closeDevice(kUri, by);
       if (closed) return;
-      EXPECT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
+      EXPECT_EQ(closed.error().code, ErrorCode::kWouldBlock);
       ++refused;
     });
     EXPECT_GT(refused, 150) << "200 ms of it";
   }
+}
+
+/** A program that ends its session and closes its device, each at once, need not ask again and again. */
+TEST_F(Leaving, WhoClosesItMayWaitUntilItsForceIsLowered) {
+  const std::uint64_t session = push(mine);
+  std::vector<Result<void>> heard;
+  const auto ask = [&](std::uint64_t by) {
+    bench.core.onceLowered(
+        by, [this, by] { return bench.core.closeDevice(kUri, by); },
+        [&](const Result<void>& closed) { heard.push_back(closed); });
+  };
+  ask(mine);
+  ASSERT_EQ(heard.size(), 1u) << "a session uses it";
+  EXPECT_EQ(heard.back().error().code, ErrorCode::kDeviceBusy);
+  bench.core.sessions().end(session, "test");
+  bench.client.reset();
+  ask(mine);
+  untilClosed([&] { EXPECT_EQ(heard.size(), isOpen() ? 1u : 2u); });
+  ASSERT_EQ(heard.size(), 2u);
+  EXPECT_TRUE(heard.back().ok()) << toString(heard.back().error());
+}
+
+TEST_F(Leaving, NobodyWaitsLongForAServoThatStandsStill) {
+  const std::uint64_t session = push(mine);
+  bench.core.sessions().end(session, "test");
+  bench.client.reset();
+  std::optional<ErrorCode> heard;
+  int attempts = 0;
+  const auto ask = [&](std::uint64_t by) {
+    heard.reset();
+    attempts = 0;
+    bench.core.onceLowered(
+        by,
+        [&] {
+          ++attempts;
+          return Result<void>(Error{ErrorCode::kWouldBlock, {}, {}, {}});
+        },
+        [&](const Result<void>& closed) { heard = closed ? ErrorCode::kOk : closed.error().code; });
+  };
+  ask(mine);
+  int waited = 0;  // [ms]
+  for (; !heard && waited < 3000; ++waited, bench.clock.advance(kMs)) bench.core.poll();
+  EXPECT_EQ(heard, ErrorCode::kWouldBlock);
+  EXPECT_NEAR(waited, 2000, 2);
+  ask(other);
+  EXPECT_FALSE(heard);
+  bench.core.disconnect(other);
+  bench.core.poll();
+  EXPECT_EQ(heard, ErrorCode::kTimeout);
+  EXPECT_EQ(attempts, 1) << "it has left";
 }
 
 TEST_F(Leaving, AnAdministratorWaitsTwoSecondsForAServoThatStandsStill) {
@@ -126,8 +178,8 @@ TEST_F(Leaving, AnAdministratorWaitsTwoSecondsForAServoThatStandsStill) {
       bench.core.poll();
       const auto closed = bench.core.closeDevice(kUri, bench.administration);
       if (closed) break;
-      ASSERT_EQ(closed.error().code, ErrorCode::kDeviceBusy);
-      ASSERT_EQ(bench.core.closeDevice(kUri, mine).error().code, ErrorCode::kDeviceBusy);
+      ASSERT_EQ(closed.error().code, ErrorCode::kWouldBlock);
+      ASSERT_EQ(bench.core.closeDevice(kUri, mine).error().code, ErrorCode::kWouldBlock);
     }
     EXPECT_NEAR(waited, 2000, 2);
     EXPECT_FALSE(isOpen());

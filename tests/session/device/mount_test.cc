@@ -167,6 +167,33 @@ TEST(DeviceMount, OfTheConfigurationIsThereFromTheFirstCycle) {
   EXPECT_TRUE(felt(bench.device(1)).identity()) << "another device";
 }
 
+/** As a program that disarms, moves the device in the world, and arms again. */
+TEST(DeviceScale, MayWaitForADeviceThatIsBeingDisarmed) {
+  Bench bench;
+  OpenDevice& device = bench.device();
+  Session* session = bench.live();
+  ASSERT_TRUE(bench.arm(session->id).ok());
+  std::vector<ErrorCode> heard;
+  const auto ask = [&] {
+    bench.core.onceLowered(
+        bench.connection,
+        [&]() -> Result<void> {
+          const auto set = ResourceTree(bench.core).set("/devices/" + device.name + "/scale?value=2", kAnybody);
+          return set ? Result<void>() : set.error();
+        },
+        [&](const Result<void>& done) { heard.push_back(done ? ErrorCode::kOk : done.error().code); });
+  };
+  ask();
+  EXPECT_EQ(heard, std::vector{ErrorCode::kWouldBlock}) << "nobody has disarmed it";
+  ASSERT_TRUE(bench.core.disarm(session->id).ok());
+  ask();
+  EXPECT_EQ(heard.size(), 1u);
+  bench.step(5);
+  ASSERT_EQ(heard.size(), 2u);
+  EXPECT_EQ(heard.back(), ErrorCode::kOk);
+  EXPECT_EQ(felt(device).scale(), 2);
+}
+
 TEST(DeviceMount, IsRefusedFromTheArmOrderToTheLastForceOfADisarmedDevice) {
   Bench bench;
   ResourceTree tree(bench.core);

@@ -37,20 +37,15 @@ inline constexpr std::chrono::seconds kPatience{2};  ///< With a daemon that doe
 }
 
 /**
- * A device that is closed at the end, however it comes; not before its sessions have faded out. One that is shared may
- * stay for the others, with the last of whom it closes by itself.
+ * A device that is closed at the end, however it comes. One that is shared may stay for the others, with the last of
+ * whom it closes by itself.
  */
 class OpenedDevice {
  public:
   OpenedDevice(haptic::Client& client, const char* uri, bool shared = false)
       : client_(client), uri_(must(client.openDevice(uri))->uri), shared_(shared) {}
   ~OpenedDevice() {
-    const auto end = std::chrono::steady_clock::now() + kPatience;
-    haptic::Result<void> closed = client_.closeDevice(uri_);
-    while (!closed && closed.code() == HAPTIC_DEVICE_BUSY && std::chrono::steady_clock::now() < end) {
-      pauseBriefly();
-      closed = client_.closeDevice(uri_);
-    }
+    const haptic::Result<void> closed = client_.closeDevice(uri_);
     if (!closed && closed.code() != HAPTIC_DISCONNECTED && !(shared_ && closed.code() == HAPTIC_PERMISSION_DENIED))
       fmt::print(stderr, "haptic-bench: {} stays open: {}\n", uri_, closed.error().message());
   }

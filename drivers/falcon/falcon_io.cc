@@ -28,8 +28,9 @@ Result<void> FalconIo::open(const std::atomic<bool>& stop) {
     return booted;
   }
   live_.lend(usb_.get());
-  gone_ = asked_ = homed_ = false;
+  gone_ = asked_ = homed_ = not_taken_ = false;
   unasked_ = 0;
+  under_way_ = 0;
   parser_ = {};
   dropped_ = 0;
   forget();
@@ -92,6 +93,8 @@ void FalconIo::onIn(UsbStatus status, std::span<const std::uint8_t> bytes) noexc
 
 void FalconIo::onOut(UsbStatus status) noexcept {
   if (status == UsbStatus::kGone) gone_ = true;
+  if (under_way_ > 0) --under_way_;  // The first may be boot()'s.
+  not_taken_ = not_taken_ || status != UsbStatus::kOk;
 }
 
 void FalconIo::sendOrder(DeviceLink& link) noexcept {
@@ -100,8 +103,13 @@ void FalconIo::sendOrder(DeviceLink& link) noexcept {
   for (; unasked_ > 0; --unasked_) {
     if (usb_->postIn() == UsbStatus::kGone) gone_ = true;
   }
+  if (under_way_ > 0 || not_taken_) link.notTaken();
+  not_taken_ = false;
   link.order(asked_ns_, [this](const DeviceCommand& command) noexcept {
-    if (usb_->postOut(falcon::encode(orderFor(command))) == UsbStatus::kGone) gone_ = true;
+    const UsbStatus posted = usb_->postOut(falcon::encode(orderFor(command)));
+    if (posted == UsbStatus::kGone) gone_ = true;
+    if (posted == UsbStatus::kOk) ++under_way_;
+    return posted == UsbStatus::kOk;
   });
 }
 

@@ -68,6 +68,8 @@ class FalconIo final : public DeviceIo, private UsbListener {
   bool asked_ = false;  ///< An order waits for its answer.
   bool homed_ = false;
   bool saturated_ = false;
+  std::size_t under_way_ = 0;  ///< Orders whose transfer has not ended.
+  bool not_taken_ = false;     ///< One has failed since the last was sent.
   int unasked_ = 0;  ///< Requests that failed, to go out with the next order: at once they could fail without end.
   ReadingCheck check_{kMostCountsPerMs, kBadInARow};  ///< Of readings since homing, as `last_` and `grip_` are.
   std::int64_t asked_ns_ = 0, heard_ns_ = 0;

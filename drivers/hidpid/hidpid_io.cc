@@ -159,6 +159,7 @@ bool HidPidIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
     } else {
       drive(command, now_ns);
     }
+    return isQuiet();
   });
   if (known_) publish(now_ns, link);
   return !gone_;
@@ -215,6 +216,11 @@ void HidPidIo::drive(const DeviceCommand& command, std::int64_t now_ns) noexcept
       axis.started_ns = now_ns;
     }
   }
+}
+
+/** Of its constant forces it has taken that they are zero, and nothing else pushes. */
+bool HidPidIo::isQuiet() const noexcept {
+  return !fallen_ && std::all_of(axes_.begin(), axes_.end(), [](const Axis& axis) { return axis.told == 0; });
 }
 
 void HidPidIo::rest(bool actuators_off) noexcept {

@@ -69,6 +69,7 @@ class HidPidIo final : public DeviceIo {
   bool say(const pid::Report& report) noexcept;
   void tell(Axis& axis, double share) noexcept;
   void drive(const DeviceCommand& command, std::int64_t now_ns) noexcept;
+  [[nodiscard]] bool isQuiet() const noexcept;
   void rest(bool actuators_off) noexcept;
   void fallBack() noexcept;
   void endFallback() noexcept;

@@ -75,6 +75,8 @@ class DeviceLink {
     sent_off_ = taken && !now.enabled;
     sending_.store(false, std::memory_order_release);
   }
+  /** The last order, said to be taken, has not arrived or may not have: its transfer goes on, or has failed. */
+  void notTaken() noexcept { sent_off_ = false; }
   /** The device has gone, and the thread has let go of it: nothing is on its way any more. */
   void lost() noexcept { off_.store(true); }
   /** What was told before the device was opened is over. While neither side is at work. */

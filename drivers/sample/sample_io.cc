@@ -44,8 +44,9 @@ Result<void> SampleIo::open(const std::atomic<bool>&) {
   if (!usb) return usb.error();
   usb_ = std::move(*usb);
   live_.lend(usb_.get());
-  gone_ = answered_ = saturated_ = false;
+  gone_ = answered_ = saturated_ = not_taken_ = false;
   unasked_ = 0;
+  under_way_ = 0;
   heard_ns_ = sent_ns_ = clock_.now();
   // Two requests wait for a reading at any time, so that none is missed between two calls.
   for (int i = 0; i < 2; ++i) (void)usb_->postIn();
@@ -75,8 +76,14 @@ bool SampleIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
       for (; unasked_ > 0; --unasked_) {
         if (usb_->postIn() == UsbStatus::kGone) gone_ = true;
       }
+      // What is under way, or has failed, the device has not got: only zeros that it has are off.
+      if (under_way_ > 0 || not_taken_) link.notTaken();
+      not_taken_ = false;
       link.order(sent_ns_, [this](const DeviceCommand& command) noexcept {
-        if (usb_->postOut(sample::encode(orderFor(command))) == UsbStatus::kGone) gone_ = true;
+        const UsbStatus posted = usb_->postOut(sample::encode(orderFor(command)));
+        if (posted == UsbStatus::kGone) gone_ = true;
+        if (posted == UsbStatus::kOk) ++under_way_;
+        return posted == UsbStatus::kOk;
       });
     }
     usb_->poll(std::min(until_ns, sent_ns_ + kTrust_ns), *this);
@@ -118,6 +125,8 @@ void SampleIo::onIn(UsbStatus status, std::span<const std::uint8_t> bytes) noexc
 
 void SampleIo::onOut(UsbStatus status) noexcept {
   if (status == UsbStatus::kGone) gone_ = true;
+  --under_way_;
+  not_taken_ = not_taken_ || status != UsbStatus::kOk;
 }
 
 sample::Order SampleIo::orderFor(const DeviceCommand& command) noexcept {

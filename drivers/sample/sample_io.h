@@ -52,6 +52,8 @@ class SampleIo final : public DeviceIo, private UsbListener {
   bool gone_ = false;
   bool answered_ = false;  ///< A good reading came since the last order.
   bool saturated_ = false;
+  std::size_t under_way_ = 0;  ///< Orders whose transfer has not ended.
+  bool not_taken_ = false;     ///< One has failed since the last was sent.
   int unasked_ = 0;  ///< Requests that failed, to go out with the next order: at once they could fail without end.
   std::uint8_t number_ = 0;
   std::int64_t sent_ns_ = 0, heard_ns_ = 0;

@@ -81,6 +81,17 @@ TEST(HidPidHang, AReportThatIsRefusedAtOnceIsTriedAgain) {
   EXPECT_EQ(sample.status & kDeviceGone, 0u);
 }
 
+TEST(HidPidRefusal, ZerosThatItRefusesAreNotOff) {
+  HungStick stick;
+  stick.hangs(0);
+  for (int i = 0; i < 90; ++i) {
+    if (i == 50) stick.hang.now = false;
+    stick.run(1, {});
+    ASSERT_TRUE(!stick.device->isOff() || stick.model.force().isZero(0)) << i;
+  }
+  EXPECT_TRUE(stick.device->isOff());
+}
+
 TEST(HidPidRefusal, ThatItsActuatorsAreOnOrOffIsToldAgain) {
   constexpr int kDeviceControl = 12;
   HungStick stick;

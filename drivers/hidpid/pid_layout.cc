@@ -92,7 +92,6 @@ Result<Layout> layoutOf(const HidReports& reports) {
   l.duration = find.out(0x50, kSetEffect);
   l.sample_period = find.out(0x51, kSetEffect);
   l.gain = find.out(0x52, kSetEffect);
-  l.trigger_button = find.out(0x53, kSetEffect);
   l.trigger_repeat = find.out(0x54, kSetEffect);
   l.direction_enable = find.out(0x56, kSetEffect);
   l.start_delay = find.out(0xa7, kSetEffect);

@@ -44,7 +44,7 @@ inline constexpr std::size_t kMostAxes = 2;
 /** All that the driver speaks of. `there` false: the device has no such thing. */
 struct Layout {
   // Set Effect
-  Field effect_block, duration, gain, trigger_button, trigger_repeat, sample_period, start_delay, direction_enable;
+  Field effect_block, duration, gain, trigger_repeat, sample_period, start_delay, direction_enable;
   std::array<Choice, kEffects> effect_type;
   std::array<Field, kMostAxes> axis_enable, direction;
   // Set Constant Force

@@ -54,8 +54,7 @@ Report Encoder::effect(const EffectSetting& setting) const HD_RT {
   report.set(l_.trigger_repeat, 0);
   report.set(l_.sample_period, 0);
   report.set(l_.start_delay, 0);
-  // No button starts it: the highest number means that.
-  if (l_.trigger_button.there) report.set(l_.trigger_button, l_.trigger_button.field.logical_max);
+  // The trigger button stays 0, below its range, which begins at 1: no button starts it. So the kernel's driver has it.
   report.set(l_.axis_enable[setting.axis], 1);
   report.set(l_.direction_enable, 1);
   // Polar, clockwise from away from the user: X is at 90 degrees, Y (toward the user) at 180.

@@ -4,12 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "drivers/hidpid/hidpid_io.h"
-#include "drivers/link/io_device.h"
-#include "tests/support/stepped/push.h"
-#include "tests/support/time.h"
-#include "tools/haptic-emu/hidpid/pid_model.h"
-#include "tools/haptic-emu/in_process_hid.h"
+#include "tests/conformance/hidpid_stick.h"
 
 namespace hapticd::test {
 namespace {
@@ -17,57 +12,6 @@ namespace {
 using haptic_emu::PidModel;
 using haptic_emu::PidVariant;
 constexpr int kConstant = 1, kSpring = 8, kDamper = 9;
-
-struct Stick {
-  explicit Stick(const PidVariant& variant = {}, std::vector<std::pair<std::string, std::string>> query = {})
-      : model(variant) {
-    query.emplace_back("max_force", "4");
-    auto resolved = resolveHidPid({"hidpid", "default", std::move(query)}, {});
-    EXPECT_TRUE(resolved.ok());
-    resolved->hid = [this] { return std::make_unique<haptic_emu::InProcessHid>(model, clock); };
-    auto made = std::make_unique<HidPidIo>(std::move(*resolved));
-    io = made.get();
-    device = std::make_unique<IoDevice>(std::move(made), IoOptions{.thread = false}, clock);
-    opened = device->open();
-  }
-  /** A servo at 1 kHz; returns how many readings were fresh. */
-  int run(int cycles, const DeviceCommand& command) {
-    int fresh = 0;
-    for (int i = 0; i < cycles; ++i) {
-      device->read(clock.now(), sample);
-      fresh += sample.fresh ? 1 : 0;
-      device->write(clock.now(), command);
-      advance(1);
-    }
-    return fresh;
-  }
-  /** World, wire and I/O thread, without a servo. */
-  void advance(int ms) {
-    for (int i = 0; i < ms; ++i) {
-      if (held) model.hand.place(at);
-      device->pump(clock.now() + kMs);
-      model.advance(clock.now());
-    }
-  }
-  /** The world alone: this process is dead. */
-  void die(int ms) {
-    clock.advance(ms * kMs);
-    model.advance(clock.now());
-  }
-  void hold(const Vec3& p) {
-    held = true;
-    at = p;
-  }
-
-  PidModel model;
-  ManualClock clock;
-  HidPidIo* io = nullptr;
-  std::unique_ptr<IoDevice> device;
-  Result<void> opened;
-  DeviceSample sample;
-  bool held = false;
-  Vec3 at = Vec3::Zero();
-};
 
 TEST(HidPid, ReadsWhereTheStickIs) {
   Stick stick;
@@ -319,23 +263,6 @@ TEST(HidPid, UnplugIsToldAndReplugPushesNotByItself) {
 }
 
 /** It tells of buttons only when one changes. */
-TEST(HidPid, WhatWasHeldWhenItWasUnpluggedIsNotHeldForEver) {
-  Stick stick({.buttons_apart = true});
-  ASSERT_TRUE(stick.opened.ok()) << toString(stick.opened.error());
-  stick.hold(Vec3(0.01, 0, 0));
-  stick.model.buttons = 2;
-  stick.run(20, {});
-  ASSERT_EQ(stick.sample.buttons, 2u);
-  ASSERT_NEAR((stick.sample.p - Vec3(0.01, 0, 0)).norm(), 0, 3e-6);
-  stick.model.faults.add({haptic_emu::FaultKind::kUnplug, 0, INT64_MAX});
-  stick.run(500, {});
-  stick.model.buttons = 0;
-  stick.model.faults.clear();
-  stick.run(700, {});
-  ASSERT_EQ(stick.sample.status, kDeviceOk);
-  EXPECT_EQ(stick.sample.buttons, 0u);
-}
-
 TEST(HidPid, TornReportsMoveNothing) {
   Stick stick;
   stick.hold(Vec3(0.01, 0.02, 0));

@@ -28,7 +28,7 @@ void PidModel::forget() {
   actuators_ = !variant_.switches;
   new_block_ = 0;
   load_status_ = 3;
-  sent_buttons_ = 0;
+  sent_buttons_ = held_buttons_ = 0;
 }
 
 void PidModel::advance(std::int64_t t_ns) {
@@ -44,6 +44,7 @@ void PidModel::advance(std::int64_t t_ns) {
     velocity_ = (hand.position() - last_position_) / (static_cast<double>(Hand::kStep_ns) * 1e-9);
     last_position_ = hand.position();
   }
+  pullTriggers();
   for (; next_ns_ <= now_ns_; next_ns_ += 1'000'000) {
     if (faults.active(FaultKind::kSilence, now_ns_)) continue;
     Bytes report = {1, buttons};
@@ -60,6 +61,16 @@ void PidModel::advance(std::int64_t t_ns) {
     if (faults.active(FaultKind::kTruncation, now_ns_)) report.resize(3);
     queue_.push_back(std::move(report));
     if (queue_.size() > 64) queue_.pop_front();
+  }
+}
+
+/** A button that goes down starts the effects that have it for their trigger. */
+void PidModel::pullTriggers() {
+  const unsigned down = buttons & ~unsigned{held_buttons_};
+  held_buttons_ = buttons;
+  for (auto& [block, e] : effects_) {
+    const bool pulled = e.trigger >= 1 && e.trigger <= 8 && (down >> (e.trigger - 1) & 1u) != 0;
+    if (pulled) e.ends_ns = now_ns_ + e.duration_ms * 1'000'000;
   }
 }
 
@@ -102,6 +113,7 @@ bool PidModel::setEffect(std::span<const std::uint8_t> d) {
   e.duration_ms = word(d, 2);
   longest_ms_ = std::max(longest_ms_, e.duration_ms);
   e.gain = d[8 + delay] / 255.0;
+  e.trigger = d[9 + delay];
   e.axes = d[10 + delay] & ((1 << variant_.axes) - 1);
   e.degrees = d[11 + delay] * 360.0 / 255;
   return true;

@@ -49,6 +49,7 @@ class PidModel final : public HidModel {
  private:
   struct PlayedEffect {
     int type = 0, axes = 0;
+    int trigger = 0;  ///< Button that starts it, 1 the first; 0: none.
     std::int64_t duration_ms = 0, ends_ns = -1;
     double degrees = 0, gain = 0, magnitude = 0;
     std::array<double, 2> centre{}, coefficient{}, saturation{1, 1};
@@ -57,6 +58,7 @@ class PidModel final : public HidModel {
   [[nodiscard]] bool setEffect(std::span<const std::uint8_t> d);
   [[nodiscard]] bool setCondition(std::span<const std::uint8_t> d);
   void control(int order);
+  void pullTriggers();
   void tellState();
   void forget();
 
@@ -64,7 +66,7 @@ class PidModel final : public HidModel {
   Bytes descriptor_;
   std::map<int, PlayedEffect> effects_;
   int new_block_ = 0, polls_left_ = 0, load_status_ = 3;
-  std::uint8_t sent_buttons_ = 0;
+  std::uint8_t sent_buttons_ = 0, held_buttons_ = 0;
   bool actuators_ = false, safety_ = true, power_ = true;
   Vec3 last_position_ = Vec3::Zero(), velocity_ = Vec3::Zero();
   std::int64_t stepped_ns_ = 0, next_ns_ = 0, longest_ms_ = 0;

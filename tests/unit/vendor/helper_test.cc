@@ -381,7 +381,8 @@ TEST(HelperAnswers, NoiseIsNoAnswerAndFiguresAreNumbers) {
   HelperAnswer odd;
   odd.opened = Error{static_cast<ErrorCode>(0xFFF0), "a", "b", "c"};
   ASSERT_TRUE(sendAnswer(pair[1], odd).ok());
-  EXPECT_EQ(receiveAnswer(pair[0], 0).value().opened.error().code, ErrorCode::kInternal);
+  EXPECT_EQ(toString(receiveAnswer(pair[0], 0).value().opened.error()),
+            toString(Error{ErrorCode::kInternal, "a", "b", "c"}));
   std::vector<std::uint8_t> lie(1 << 16);  // A number that is none of ours, and ends like one that is.
   ASSERT_TRUE(sendAnswer(pair[1], odd).ok());
   lie.resize(static_cast<std::size_t>(::recv(pair[0], lie.data(), lie.size(), 0)));

@@ -15,6 +15,8 @@ struct Globals {
   std::int32_t logical_min = 0, physical_min = 0, physical_max = 0;
   std::int32_t logical_max = 0;
   std::uint32_t logical_max_unsigned = 0;
+  std::uint32_t unit = 0;
+  std::int8_t unit_exponent = 0;
   std::uint32_t report_size = 0, report_count = 0;
   std::uint8_t report_id = 0;
 };
@@ -163,8 +165,13 @@ class HidDescriptorReader {
       case 4:
         globals_.physical_max = item.value();
         break;
-      case 5:  // Exponent and unit of the physical values: nothing here goes by them.
+      case 5: {  // Four bits with a sign; many write it out in eight.
+        const auto nibble = static_cast<std::int8_t>(item.data & 0xf);
+        globals_.unit_exponent = static_cast<std::int8_t>(nibble < 8 ? nibble : nibble - 16);
+        break;
+      }
       case 6:
+        globals_.unit = item.data;
         break;
       case 7:
         globals_.report_size = item.data;
@@ -251,6 +258,8 @@ class HidDescriptorReader {
     if (one.logical_max < one.logical_min) return malformed(item.at, "a logical maximum below the minimum");
     one.physical_min = g.physical_min;
     one.physical_max = g.physical_max;
+    one.unit = g.unit;
+    one.unit_exponent = g.unit_exponent;
     one.collection = open_;
     if (one.is_array) one.choices = usages_;
     // Those that no value selects are none.

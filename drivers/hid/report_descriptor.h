@@ -41,6 +41,8 @@ struct HidField {
   std::vector<HidUsage> choices;  ///< Of an array: the values logical_min, logical_min + 1, ...
   std::int32_t logical_min = 0, logical_max = 0;
   std::int32_t physical_min = 0, physical_max = 0;  ///< Both 0: as the logical ones.
+  std::uint32_t unit = 0;                           ///< HID 1.11, 6.2.2.7, as it stands there; 0: none.
+  std::int8_t unit_exponent = 0;                    ///< Of ten: -8 to 7.
   std::int16_t collection = -1;                     ///< Innermost.
 };
 

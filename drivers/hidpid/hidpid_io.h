@@ -24,7 +24,7 @@ namespace hapticd {
 class HidPidIo final : public DeviceIo {
  public:
   static constexpr std::int64_t kPeriod_ns = 1'000'000;
-  static constexpr std::int32_t kHold_ms = 100, kFallback_ms = 200;
+  static constexpr std::int32_t kHold_ms = pid::kHold_ms, kFallback_ms = pid::kFallback_ms;
   static constexpr int kMostLoadTries = 60;  ///< As the kernel's driver asks.
   static constexpr int kOffTries = 3;
   static constexpr int kRefusalsInARow = 100;  ///< Reports that it does not take, until it counts as gone.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace hapticd::pid {
 namespace {
 
@@ -67,10 +69,25 @@ Quirks quirksOf(const Layout& l) {
   return quirks;
 }
 
+/** What a field of time takes for a millisecond: that is its unit unless it says how many, or how small parts of, a
+ * second. */
+double perMillisecond(const HidField& field) {
+  constexpr std::uint32_t kSystem = 0xf, kSeconds = 0x1000;
+  constexpr int kMilli = -3;
+  return (field.unit & ~kSystem) == kSeconds ? std::pow(10, kMilli - field.unit_exponent) : 1;
+}
+
+/** Whether it can be told so long a time; its highest number may mean for ever. */
+bool lasts(const Layout& l, std::int32_t ms) {
+  const long units = std::lround(l.duration_per_ms * ms);
+  return units > 0 && units < l.duration.field.logical_max;
+}
+
 /** What constant forces need and it has not; null: nothing. */
 const char* lackedBy(const Layout& l) {
   if (!l.effect_block.there || !l.duration.there || !l.effect_type[0].there())
     return "Set Effect with a constant force";
+  if (!lasts(l, kHold_ms) || !lasts(l, kFallback_ms)) return "Set Effect with durations of 0.1 and 0.2 s";
   if (!l.constant_block.there || !l.magnitude.there || l.magnitude.field.logical_min >= 0) return "Set Constant Force";
   if (!l.operation_block.there || !l.start.there() || !l.stop.there()) return "Effect Operation";
   if (!l.new_type[0].there()) return "Create New Effect";
@@ -90,6 +107,7 @@ Result<Layout> layoutOf(const HidReports& reports) {
   l.numbered = reports.numbered();
   l.effect_block = find.out(0x22, kSetEffect);
   l.duration = find.out(0x50, kSetEffect);
+  if (l.duration.there) l.duration_per_ms = perMillisecond(l.duration.field);
   l.sample_period = find.out(0x51, kSetEffect);
   l.gain = find.out(0x52, kSetEffect);
   l.trigger_repeat = find.out(0x54, kSetEffect);

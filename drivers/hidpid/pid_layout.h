@@ -41,6 +41,9 @@ enum class Control : std::uint8_t { kEnable, kDisable, kStopAll, kReset };
 inline constexpr std::size_t kControls = 4;
 inline constexpr std::size_t kMostAxes = 2;
 
+/** Constant forces end by themselves so soon, and what takes over from a late servo. */
+inline constexpr std::int32_t kHold_ms = 100, kFallback_ms = 200;
+
 /** All that the driver speaks of. `there` false: the device has no such thing. */
 struct Layout {
   // Set Effect
@@ -64,6 +67,7 @@ struct Layout {
   std::array<Field, kMostAxes> axis;
   std::array<Field, 32> button;
   Field safety_switch, actuator_power;
+  double duration_per_ms = 1;  ///< What `duration` takes for a millisecond.
   std::size_t axes = 0, buttons = 0;
   Quirks quirks;
   bool numbered = false;

@@ -49,7 +49,7 @@ Report Encoder::effect(const EffectSetting& setting) const HD_RT {
   Report report(l_.effect_block.field, n_.effect);
   report.set(l_.effect_block, setting.block);
   report.set(l_.effect_type[static_cast<std::size_t>(setting.effect)]);
-  report.set(l_.duration, setting.duration_ms);
+  report.set(l_.duration, static_cast<std::int32_t>(std::lround(l_.duration_per_ms * setting.duration_ms)));
   report.setShare(l_.gain, 1);
   report.set(l_.trigger_repeat, 0);
   report.set(l_.sample_period, 0);

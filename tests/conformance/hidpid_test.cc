@@ -353,14 +353,14 @@ struct Maker {
 };
 void PrintTo(const Maker& maker, std::ostream* out) { *out << maker.name; }  // Else its bytes, pointers among them.
 class Makers : public testing::TestWithParam<Maker> {};
-INSTANTIATE_TEST_SUITE_P(HidPid, Makers,
-                         testing::Values(Maker{"no_start_delay", {.start_delay = false}},
-                                         Maker{"no_block_offset", {.block_offset = false}},
-                                         Maker{"no_negative_coefficient", {.negative_coefficient = false}},
-                                         Maker{"no_dead_band", {.dead_band = false}},
-                                         Maker{"control_in_bits", {.control_in_bits = true}},
-                                         Maker{"no_conditions", {.conditions = false}}, Maker{"wheel", {.axes = 1}}),
-                         [](const auto& each) { return each.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    HidPid, Makers,
+    testing::Values(Maker{"no_start_delay", {.start_delay = false}}, Maker{"no_block_offset", {.block_offset = false}},
+                    Maker{"no_negative_coefficient", {.negative_coefficient = false}},
+                    Maker{"no_dead_band", {.dead_band = false}}, Maker{"control_in_bits", {.control_in_bits = true}},
+                    Maker{"no_conditions", {.conditions = false}}, Maker{"wheel", {.axes = 1}},
+                    Maker{"hundredths", {.time_exponent = -2}}, Maker{"ten_thousandths", {.time_exponent = -4}}),
+    [](const auto& each) { return each.param.name; });
 
 TEST_P(Makers, IsDrivenByItsOwnDescriptor) {
   const PidVariant& variant = GetParam().variant;
@@ -370,6 +370,9 @@ TEST_P(Makers, IsDrivenByItsOwnDescriptor) {
   stick.run(30, push(Vec3(0, -3, 0)));
   EXPECT_NEAR((stick.model.force() - Vec3(0, -3, 0)).norm(), 0, 0.01);
   EXPECT_EQ(stick.io->hasFallback(), variant.conditions);
+  EXPECT_EQ(stick.model.longestDuration_ms(), variant.conditions ? HidPidIo::kFallback_ms : HidPidIo::kHold_ms);
+  stick.die(HidPidIo::kHold_ms + 1);
+  EXPECT_TRUE(stick.model.force().isZero(0));
   stick.run(3, {});
   EXPECT_FALSE(stick.model.actuatorsOn());
 
@@ -382,6 +385,14 @@ TEST_P(Makers, IsDrivenByItsOwnDescriptor) {
   EXPECT_EQ(layout.value().quirks.no_dead_band, !variant.dead_band || !variant.conditions);
   EXPECT_EQ(layout.value().quirks.no_saturation, !variant.conditions);
   EXPECT_EQ(layout.value().axes, static_cast<std::size_t>(variant.axes));
+}
+
+TEST(HidPid, OneThatCannotCountATenthOfASecondIsRefused) {
+  for (const int exponent : {0, -6}) {
+    Stick stick({.time_exponent = exponent});
+    ASSERT_FALSE(stick.opened.ok());
+    EXPECT_NE(stick.opened.error().what.find("durations of 0.1 and 0.2 s"), std::string::npos);
+  }
 }
 
 TEST(HidPid, WhatItNeedsAndADeviceHasNotIsNamed) {

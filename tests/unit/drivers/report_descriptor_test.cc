@@ -190,6 +190,23 @@ TEST(ReportDescriptor, ALongItemIsPassedOver) {
   }
 }
 
+TEST(ReportDescriptor, AUnitsExponentHasFourBitsInHoweverManyItIsWritten) {
+  const HidReports reports = parsed({0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x15, 0x00, 0x25, 0x7f, 0x75, 0x08,
+                                     0x95, 0x01, 0x66, 0x03, 0x10, 0x55, 0x0d, 0x09, 0x30, 0x81, 0x02,  // X: 10^-3 s
+                                     0x55, 0xfd, 0x09, 0x31, 0x81, 0x02,                                // Y: the same
+                                     0x55, 0x07, 0x65, 0x00, 0x09, 0x32, 0x81, 0x02, 0xc0});
+  const HidField *x = reports.find(HidKind::kInput, hidUsage(1, 0x30)),
+                 *y = reports.find(HidKind::kInput, hidUsage(1, 0x31)),
+                 *z = reports.find(HidKind::kInput, hidUsage(1, 0x32));
+  ASSERT_TRUE(x != nullptr && y != nullptr && z != nullptr);
+  EXPECT_EQ(x->unit, 0x1003u);
+  EXPECT_EQ(x->unit_exponent, -3);
+  EXPECT_EQ(y->unit, 0x1003u);
+  EXPECT_EQ(y->unit_exponent, -3);
+  EXPECT_EQ(z->unit, 0u);
+  EXPECT_EQ(z->unit_exponent, 7);
+}
+
 TEST(ReportDescriptor, APhysicalRangeIsThatOfTheFieldsAfterIt) {
   const HidReports reports = parsed({0x05, 0x01, 0x09, 0x04, 0xa1, 0x01, 0x15, 0x00, 0x25,
                                      0x7f, 0x75, 0x08, 0x95, 0x01, 0x09, 0x30, 0x81, 0x02,  // X, without one

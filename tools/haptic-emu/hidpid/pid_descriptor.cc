@@ -17,6 +17,10 @@ class Writer {
     item(0x75, bits);
     item(0x95, count);
   }
+  void unit(int what, int exponent) {
+    item(0x65, what);
+    item(0x55, exponent);
+  }
   void begin(int usage_in_page, int type) {
     usage(usage_in_page);
     item(0xa1, type);
@@ -93,7 +97,9 @@ void setEffect(Writer& w, const PidVariant& v) {
   w.id(1);
   w.number(0x22, 8, 1, 40);
   w.choice(0x25, {0x26, 0x27, 0x30, 0x31, 0x32, 0x33, 0x34, 0x40, 0x41, 0x42, 0x43, 0x28}, false);
+  w.unit(0x1003, v.time_exponent);  // Seconds.
   w.number(0x50, 16, 0, 0x7fff);
+  w.unit(0, 0);
   w.number(0x54, 16, 0, 0x7fff);
   w.number(0x51, 16, 0, 0x7fff);
   if (v.start_delay) w.number(0xa7, 16, 0, 0x7fff);

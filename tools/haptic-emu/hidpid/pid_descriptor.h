@@ -22,7 +22,8 @@ struct PidVariant {
   bool conditions = true;      ///< Spring and damper at all.
   bool buttons_apart = false;  ///< In a report of their own, sent when one changes.
   int axes = 2;
-  int pool = 16;  ///< Effects that it has room for.
+  int time_exponent = -3;  ///< Of ten: its unit of time in seconds.
+  int pool = 16;           ///< Effects that it has room for.
 };
 
 [[nodiscard]] std::vector<std::uint8_t> pidDescriptor(const PidVariant& variant);

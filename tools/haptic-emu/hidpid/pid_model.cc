@@ -110,7 +110,7 @@ bool PidModel::setEffect(std::span<const std::uint8_t> d) {
   if (d.size() != 13 + delay || !effects_.contains(d[0])) return false;
   PlayedEffect& e = effects_[d[0]];
   e.type = d[1];
-  e.duration_ms = word(d, 2);
+  e.duration_ms = std::llround(word(d, 2) * std::pow(10, 3 + variant_.time_exponent));
   longest_ms_ = std::max(longest_ms_, e.duration_ms);
   e.gain = d[8 + delay] / 255.0;
   e.trigger = d[9 + delay];

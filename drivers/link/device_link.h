@@ -66,17 +66,17 @@ class DeviceLink {
     if (sent_off_) off_.store(true);  // The thread has come back from sending it.
     const DeviceCommand now = command(now_ns);
     if (now.enabled) off_.store(false);  // Before it is sent.
-    bool taken = true;
     if constexpr (std::is_same_v<std::invoke_result_t<Send, const DeviceCommand&>, bool>) {
-      taken = send(now);
+      arrived_ = send(now);
     } else {
       send(now);
+      arrived_ = true;
     }
-    sent_off_ = taken && !now.enabled;
+    sent_off_ = arrived_ && !now.enabled;
     sending_.store(false, std::memory_order_release);
   }
   /** The last order, said to be taken, has not arrived or may not have: its transfer goes on, or has failed. */
-  void notTaken() noexcept { sent_off_ = false; }
+  void notTaken() noexcept { arrived_ = sent_off_ = false; }
   /** The device has gone, and the thread has let go of it: nothing is on its way any more. */
   void lost() noexcept { off_.store(true); }
   /** What was told before the device was opened is over. While neither side is at work. */
@@ -99,6 +99,8 @@ class DeviceLink {
  protected:
   /** As order() says. */
   [[nodiscard]] virtual DeviceCommand command(std::int64_t now_ns) HD_RT;
+  /** Whether the device has the last order. By the I/O thread. */
+  [[nodiscard]] bool isTaken() const HD_RT { return arrived_; }
 
  private:
   struct Reading {
@@ -119,7 +121,8 @@ class DeviceLink {
   std::atomic<bool> safe_{false};
   std::atomic<bool> sending_{false};  ///< The I/O thread has taken an order and not yet sent it.
   std::atomic<bool> off_{true};
-  bool sent_off_ = false;  ///< The last order sent was off. The I/O thread's.
+  bool arrived_ = false;   ///< The device has the last order. The I/O thread's, as is
+  bool sent_off_ = false;  ///< that it was off.
 };
 
 }  // namespace hapticd

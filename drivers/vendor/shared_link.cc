@@ -69,7 +69,8 @@ void SharedDeviceEnd::publish(const DeviceSample& sample) HD_RT {
   if (!current()) return;
   SharedSample out{};
   out.t_ns = sample.t_ns;
-  out.answers_ns = order_.t_ns;
+  if (isTaken()) answers_ns_ = order_.t_ns;
+  out.answers_ns = answers_ns_;
   for (int i = 0; i < 3; ++i) out.p[i] = sample.p[i];
   out.q[0] = sample.q.w();
   out.q[1] = sample.q.x();

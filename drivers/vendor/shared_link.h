@@ -64,7 +64,7 @@ class SharedBox {
 /** As DeviceSample, in plain numbers. */
 struct SharedSample {
   std::int64_t t_ns;
-  std::int64_t answers_ns;  ///< When the order was given that the device had before this reading; 0: none.
+  std::int64_t answers_ns;  ///< When the order was given that the device has taken before this reading; 0: none.
   double p[3], q[4], gripper_rad;
   std::uint32_t buttons, status;
   std::uint32_t measured;  ///< 0: the status alone.
@@ -134,6 +134,7 @@ class SharedDeviceEnd final : public DeviceLink {
   std::uint32_t told_ = 0;  ///< Status that is told with the next readings,
   int tell_ = 0;            ///< so many.
   SharedOrder order_{};
+  std::int64_t answers_ns_ = 0;  ///< Of the last order that the device took.
   std::uint32_t seen_ = 0;
 };
 

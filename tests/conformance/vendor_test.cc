@@ -340,6 +340,22 @@ TEST(VendorForce, ADeviceThatTakesNoForceAnyMoreIsGone) {
   EXPECT_FALSE(rig.state.force_on);
 }
 
+TEST(VendorForce, OneThatCannotBeSwitchedOffIsNotOffAndIsSoonGone) {
+  VendorRig rig(Kind::kOmega3);
+  rig.makeReady();
+  Servo servo(rig);
+  servo.run(20, Vec3(0, 0, 1));
+  rig.state.deaf = rig.state.stuck_on = true;
+  bool gone = false;
+  for (int i = 0; i < 30 && !gone; ++i) {
+    ASSERT_FALSE(rig.device().isOff()) << i;
+    servo.run(1);
+    rig.device().read(rig.now(), servo.sample);
+    gone = (servo.sample.status & kDeviceGone) != 0;
+  }
+  EXPECT_TRUE(gone);
+}
+
 TEST(VendorLife, TheSdkCarriesTheArmOnlyIfAskedTo) {
   VendorRig plain(Kind::kOmega3);
   plain.makeReady();

@@ -30,7 +30,7 @@ Result<void> DhdIo::open(const std::atomic<bool>&) {
   if (id < 0) return failed("it does not open");
   id_ = static_cast<DhdSdk::Id>(id);
   open_ = true;
-  asked_ = saturated_ = energised_ = switched_off_ = false;
+  asked_ = saturated_ = energised_ = switched_off_ = may_push_ = false;
   failures_ = refusals_ = 0;
   ticks_ = 0;
   check_.forget();
@@ -105,7 +105,7 @@ bool DhdIo::exchange(DeviceLink& link, std::int64_t until_ns) noexcept {
       if (++failures_ >= kFailuresInARow) return false;
     }
     if (++ticks_ % kStatusEvery == 0) lookAtStatus();
-    link.order(clock_.now(), [this](const DeviceCommand& command) noexcept { send(command); });
+    link.order(clock_.now(), [this](const DeviceCommand& command) noexcept { return send(command); });
     if (refusals_ >= kFailuresInARow) return false;
   }
   return true;
@@ -151,13 +151,15 @@ void DhdIo::take(DeviceSample& sample, DeviceLink& link) noexcept {
   link.publish(sample);
 }
 
-void DhdIo::send(const DeviceCommand& command) noexcept {
+bool DhdIo::send(const DeviceCommand& command) noexcept {
+  may_push_ = may_push_ || command.enabled;
   saturated_ = false;
   asked_ns_ = clock_.now();
   asked_ = true;
   if (command.enabled != energised_) {
     if (!command.enabled) setForce(Vec3::Zero(), Vec3::Zero(), 0);
-    (void)sdk_->enableForce(command.enabled ? 1 : 0, id_);
+    const bool switched = sdk_->enableForce(command.enabled ? 1 : 0, id_) >= 0;
+    if (switched) may_push_ = command.enabled;
     energised_ = command.enabled;
     switched_off_ = false;
     energised_ticks_ = ticks_;
@@ -165,19 +167,22 @@ void DhdIo::send(const DeviceCommand& command) noexcept {
   const bool trusted = calibration_.load() == Calibration::kDone && check_.trusted(asked_ns_, kTrust_ns);
   if (!command.enabled || !trusted || switched_off_ || !command.force.allFinite() || !command.torque.allFinite() ||
       !std::isfinite(command.gripper_force)) {
-    return setForce(Vec3::Zero(), Vec3::Zero(), 0);
+    const bool taken = setForce(Vec3::Zero(), Vec3::Zero(), 0);
+    if (taken) may_push_ = command.enabled;
+    return !may_push_ || taken;
   }
   const DeviceInfo& info = setup_.info;
   const double gripper = std::clamp(command.gripper_force, -info.max_gripper_force, info.max_gripper_force);
-  setForce(shortened(command.force, info.max_force, saturated_), shortened(command.torque, info.max_torque, saturated_),
-           gripper);
+  return setForce(shortened(command.force, info.max_force, saturated_),
+                  shortened(command.torque, info.max_torque, saturated_), gripper);
 }
 
-void DhdIo::setForce(const Vec3& force, const Vec3& torque, double gripper) noexcept {
+bool DhdIo::setForce(const Vec3& force, const Vec3& torque, double gripper) noexcept {
   const int done = sdk_->setForceAndTorqueAndGripperForce(force.x(), force.y(), force.z(), torque.x(), torque.y(),
                                                           torque.z(), jaws_ * gripper, id_);
   if (done == DhdSdk::kMotorSaturated) saturated_ = true;
-  refusals_ = energised_ && done < 0 ? refusals_ + 1 : 0;
+  refusals_ = may_push_ && done < 0 ? refusals_ + 1 : 0;
+  return done >= 0;
 }
 
 void DhdIo::lookAtStatus() noexcept {

@@ -44,9 +44,11 @@ class DhdIo final : public DeviceIo {
   [[nodiscard]] Result<void> describe();
   [[nodiscard]] bool read(DeviceSample& sample) noexcept;
   void take(DeviceSample& sample, DeviceLink& link) noexcept;
-  void send(const DeviceCommand& command) noexcept;
+  /** Whether it was taken: of a command that is off, that forces are off or zero. */
+  [[nodiscard]] bool send(const DeviceCommand& command) noexcept;
   void lookAtStatus() noexcept;
-  void setForce(const Vec3& force, const Vec3& torque, double gripper) noexcept;
+  /** Whether it was taken. */
+  bool setForce(const Vec3& force, const Vec3& torque, double gripper) noexcept;
 
   DhdSetup setup_;
   Clock& clock_;
@@ -59,6 +61,7 @@ class DhdIo final : public DeviceIo {
   PoseCheck check_;
   std::int64_t next_ns_ = 0, asked_ns_ = 0;
   bool asked_ = false, saturated_ = false, energised_ = false, switched_off_ = false;
+  bool may_push_ = false;  ///< It was told to, and has not taken since that it is not.
   int failures_ = 0, refusals_ = 0;
   std::uint32_t ticks_ = 0, energised_ticks_ = 0;  ///< They wrap after 49 days.
 };

@@ -76,6 +76,7 @@ bool dhdHasGripper(char) { return s().system_type >= 104; }
 bool dhdHasActiveGripper(char) { return s().system_type >= 104; }
 bool dhdIsLeftHanded(char) { return s().system_type == 105; }
 int dhdEnableForce(unsigned char on, char) {
+  if (on == 0 && s().stuck_on) return kError;
   s().force_on = on != 0;
   for (auto& force : s().force) force = on == 0 ? 0 : force.load();
   return kOk;

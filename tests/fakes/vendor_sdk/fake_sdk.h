@@ -29,6 +29,7 @@ struct State {
   // Faults.
   std::atomic<bool> unplugged, silent, garbled, failing, jumping, forces_refused, saturating;
   std::atomic<bool> deaf;                ///< It takes no force any more, and keeps the last; reading goes on.
+  std::atomic<bool> stuck_on;            ///< Nor is it switched off.
   std::atomic<bool> hangs;               ///< Every call that reads the grip never comes back.
   std::atomic<bool> crashes;             ///< Opening it ends the process.
   std::atomic<unsigned> hd_error;        ///< Put on HD's stack of errors where the next frame begins.

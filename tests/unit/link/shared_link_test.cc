@@ -46,6 +46,8 @@ TEST(SharedLink, IsOffWhenAReadingAnswersZeros) {
   ends.push(4, 0);
   EXPECT_FALSE(ends.servo.isOff());
   EXPECT_FALSE(reading(5)) << "the helper has not taken the order";
+  ends.device.order(5, [](const DeviceCommand&) { return false; });
+  EXPECT_FALSE(reading(5)) << "nor has the device, of which the helper wants nothing else";
   (void)ends.ordered(6);
   EXPECT_FALSE(ends.servo.isOff());
   EXPECT_TRUE(reading(7));

@@ -77,6 +77,16 @@ TEST(FalconFirmware, AFileThatCannotBeReadIsToldToADeviceThatNeedsIt) {
   (void)::unlink(loop.c_str());
 }
 
+/** Its serial chip says meanwhile that there is nothing. */
+TEST(FalconFirmware, IsLoadedIntoOneThatTakesItsTime) {
+  FalconRig rig;
+  rig.model.loader_thinks_ns = 100 * kMs;
+  const auto opened = rig.device().open();
+  ASSERT_TRUE(opened.ok()) << toString(opened.error());
+  EXPECT_EQ(rig.model.uploads(), 1);
+  EXPECT_EQ(rig.model.firmware(), *rig.setup.read_firmware());
+}
+
 TEST(FalconFirmware, AWrongEchoIsLoadedAgain) {
   FalconRig rig;
   // Wrong for a while in the middle of the first load.

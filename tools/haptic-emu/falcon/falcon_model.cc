@@ -108,7 +108,8 @@ void FalconModel::say(std::span<const std::uint8_t> bytes) {
     const auto where = static_cast<std::ptrdiff_t>(noise_.byte() % (said.size() + 1));
     said.insert(said.begin() + where, noise_.byte());
   }
-  std::int64_t at_ns = std::max(now_ns_, line_free_ns_);
+  const std::int64_t ready_ns = now_ns_ + (running() ? 0 : loader_thinks_ns);
+  std::int64_t at_ns = std::max(ready_ns, line_free_ns_);
   for (const std::uint8_t byte : said) said_.push_back({at_ns += byteTime(divisor_), byte});
   line_free_ns_ = at_ns;
 }

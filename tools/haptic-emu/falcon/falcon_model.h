@@ -37,6 +37,7 @@ class FalconModel final : public UsbModel {
   // What stands behind, for tests and for those who play the user. Frame of the device.
   Hand hand;
   std::uint8_t buttons = 0;
+  std::int64_t loader_thinks_ns = 0;  ///< Before it answers, until its firmware runs.
   /** Firmware runs and all is homed, as after a first session that ended well. */
   void warmUp();
   /** As when its firmware starts anew by itself. */

@@ -87,11 +87,12 @@ void WantedGroups::closed(const std::string& name, std::vector<std::string> cano
   const auto group = std::find_if(configured_.begin(), configured_.end(), is);
   if (group == configured_.end()) return;
   const auto& devices = group->devices;
-  if (std::find(devices.begin(), devices.end(), std::string()) != devices.end()) return;  // Whatever there was.
   Wanted& wanted = wanted_.emplace_back();
   wanted.group = *group;
   wanted.canonical = std::move(canonical);
   wanted.canonical.resize(devices.size());
+  const auto any = std::find(devices.begin(), devices.end(), std::string());
+  if (any != devices.end()) wanted.candidates = {wanted.canonical[static_cast<std::size_t>(any - devices.begin())]};
   wanted.tried = wanted.rests = true;
 }
 

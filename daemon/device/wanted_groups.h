@@ -29,7 +29,8 @@ namespace hapticd {
  * itself, not what waits for another device of its group.
  *
  * One that was closed is not wanted any more; but who asks for one of its devices gets the whole group: the others, a
- * dead-man switch among them, its rate and its processors are as much the configuration's as the device.
+ * dead-man switch among them, its rate and its processors are as much the configuration's as the device. Of a group
+ * that took whatever there was that is the device which it had.
  *
  * Control thread only.
  */

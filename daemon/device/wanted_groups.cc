@@ -57,6 +57,11 @@ Result<void> WantedGroups::begin(const std::vector<GroupConfig>& groups) {
       all.push_back(canonical);
     }
   }
+  for (Wanted& wanted : wanted_) {  // What another group names is not whatever there is.
+    std::erase_if(wanted.candidates, [&](const auto& one) {
+      return one != kSimulator && std::find(all.begin(), all.end(), one) != all.end();
+    });
+  }
   return {};
 }
 

@@ -24,9 +24,9 @@ namespace hapticd {
  * in the order of the configuration; the start waits for a silent one no longer than kPatience_ns, and then it holds
  * nobody.
  *
- * A group that takes whatever there is (an empty URI) begins when those before it have ended. It takes the next device,
- * in the end the simulator; what it has passed over is told but not tried again. It passes over what does not open
- * itself, not what waits for another device of its group.
+ * A group that takes whatever there is (an empty URI) begins when those before it have ended. It takes the next device
+ * that no group names, in the end the simulator; what it has passed over is told but not tried again. It passes over
+ * what does not open itself, not what waits for another device of its group.
  *
  * One that was closed is not wanted any more; but who asks for one of its devices gets the whole group: the others, a
  * dead-man switch among them, its rate and its processors are as much the configuration's as the device. Of a group

@@ -293,18 +293,21 @@ TEST_F(Missing, WhicheverOpensFirstTheirOrderIsThatOfTheConfiguration) {
   EXPECT_THAT(absent(), ElementsAre("c://dead", "4711"));
 }
 
-TEST_F(Missing, WhateverThereIsWaitsForThoseThatAreNamedBefore) {
-  sockets["a://slow"].set(true, true);
-  (void)sockets["b://well"];
-  (void)sockets["sim://default"];
+TEST_F(Missing, WhateverThereIsWaitsForThoseThatAreNamedBeforeAndLeavesThoseAfter) {
+  for (const char* uri : {"a://slow", "b://well", "sim://default"}) (void)sockets[uri];
   attached = {"a://slow", "b://well"};
-  make({group("named", {"a://slow"}), group("any", {""}), group("late", {"b://well"})});
-  ASSERT_TRUE(core->openConfigured([] { return false; }).ok());
-  linger();
-  EXPECT_EQ(core->devices().opening(), 2u) << "the two that are named";
-  sockets["a://slow"].set(true);
-  settle();
-  EXPECT_THAT(open(), ElementsAre("a://slow", "sim://default", "b://well")) << "each device once";
+  const GroupConfig slow = group("slow", {"a://slow"}), any = group("any", {""}), well = group("well", {"b://well"});
+  for (const auto& groups : {std::vector{slow, any, well}, {any, well, slow}}) {
+    sockets["a://slow"].set(true, true);
+    make(groups);
+    ASSERT_TRUE(core->openConfigured([] { return false; }).ok());
+    linger();
+    EXPECT_EQ(tried("sim://default"), groups[0].name == "any");
+    sockets["a://slow"].set(true);
+    settle();
+    EXPECT_THAT(open(), UnorderedElementsAre("a://slow", "sim://default", "b://well")) << "each device once";
+    EXPECT_TRUE(absent().empty());
+  }
 }
 
 TEST_F(Missing, AnEndClosesWhatWaitsForItsTurn) {
@@ -346,8 +349,7 @@ TEST_F(Missing, AGroupIsThereAsAWhole) {
 
 TEST_F(Missing, WhateverThereIsPassesOverWhatDoesNotOpen) {
   sockets["a://dead"].set(false);
-  (void)sockets["b://well"];
-  (void)sockets["sim://default"];
+  for (const char* uri : {"b://well", "sim://default"}) (void)sockets[uri];
   attached = {"a://dead", "b://well"};
   make({group("default", {""})});
   ASSERT_TRUE(start().ok());
@@ -363,8 +365,7 @@ TEST_F(Missing, WhateverThereIsPassesOverWhatDoesNotOpen) {
 }
 
 TEST_F(Missing, WhateverThereIsIsNotPassedOverForAnotherOfItsGroup) {
-  (void)sockets["a://well"];
-  (void)sockets["sim://default"];
+  for (const char* uri : {"a://well", "sim://default"}) (void)sockets[uri];
   sockets["b://late"].set(false);
   attached = {"a://well"};
   for (const std::vector<std::string>& devices : {std::vector<std::string>{"", "b://late"}, {"b://late", ""}}) {

@@ -170,6 +170,21 @@ TEST(WoodyIo, CountersThatAreNotHeardAreToldAgain) {
   EXPECT_LT((sample.p - rig.truePosition()).norm(), 2e-4);
 }
 
+TEST(WoodyIo, OneThatIsUnpluggedBeforeItHasHeardThemIsNotCalibrated) {
+  WoodyRig rig(WoodyKind::kWooden2015);
+  ASSERT_TRUE(rig.device().open().ok());
+  rig.model.deaf_to_counters = 1000;
+  rig.calibrate();
+  ASSERT_EQ(rig.device().calibration(), Calibration::kRunning);
+  rig.unplug();
+  rig.advance(20 * kMs);
+  rig.plugIn();
+  DeviceSample sample;
+  run(rig, 1000, {}, sample);
+  EXPECT_EQ(rig.device().calibration(), Calibration::kNeeded);
+  EXPECT_FALSE(sample.fresh);
+}
+
 TEST(WoodyIo, AHandThatMovesWhileNothingIsHeardIsBelieved) {
   WoodyRig rig(WoodyKind::kWooden2015);
   rig.makeReady();

@@ -149,6 +149,13 @@ TYPED_TEST(UsbErrors, ZerosThatDoNotArriveAreNotOff) {
     EXPECT_TRUE(device.isOff());
     EXPECT_FALSE(behind.pushes());
   }
+  behind.bus.orders = Orders::kNeverEnd;
+  for (int i = 0; i < 50; ++i) cycle(push(Vec3(0, 1, 0)));
+  device.close();
+  behind.bus.orders = Orders::kArrive;
+  ASSERT_TRUE(device.open().ok());
+  for (int i = 0; i < 50; ++i) cycle({});
+  EXPECT_TRUE(device.isOff()) << "what was under way went with the last transport";
 }
 
 }  // namespace

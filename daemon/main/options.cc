@@ -17,6 +17,7 @@
 #include "daemon/rpc/listen_socket.h"
 #include "daemon/version.h"
 #include "drivers/number.h"
+#include "rt/base/standard_streams.h"
 
 namespace hapticd {
 namespace {
@@ -156,7 +157,7 @@ Result<void> checkGroup(const LoadedConfig& loaded) {
 
 int answer(const std::string& text) {
   if (std::fputs(text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0) return kExitOk;
-  fmt::print(stderr, "hapticd: standard output: {} (send it where there is room)\n", std::strerror(errno));
+  tellError(fmt::format("hapticd: standard output: {} (send it where there is room)\n", std::strerror(errno)));
   return kExitFailure;
 }
 
@@ -167,7 +168,7 @@ std::optional<Options> readOptions(int argc, char** argv, int& exit_code) {
   Options options;
   addOptions(app, words, options);
   const auto refuse = [&](int code, const std::string& sentence) {
-    fmt::print(stderr, "hapticd: {}\n", log::printable(sentence));
+    tellError(fmt::format("hapticd: {}\n", log::printable(sentence)));
     exit_code = code;
     return std::nullopt;
   };

@@ -328,6 +328,11 @@ class Commands(BenchCase):
                 done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertRegex(done.stderr, "not all could be written|cannot write")
+        free = self.folder / "free.csv"
+        free.write_text("t,px,py,pz\n" + "".join(f"0.00{i},0,0,0.1\n" for i in range(10)), encoding="ascii")
+        with open("/dev/full", "w", encoding="ascii") as full:  # What is said beside it is no result: here of no force.
+            done = subprocess.run([*command[:6], "-t", free, "--rounds", "1"], stdout=subprocess.PIPE, stderr=full, check=False)
+        self.assertEqual(done.returncode, 0, done.stdout)
 
     def test_what_no_machine_holds_and_no_surface_has_is_refused(self):
         self.assertIn("3.6e+08 samples", self.bench("run", "-t", "spiral:seconds=3600,rate=100000", code=1))

@@ -155,6 +155,8 @@ TEST_F(ProgramTest, ExitCodesSayWhatIsWrong) {
     EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 6) << ask;
   }
   EXPECT_EQ(code({"--no-such-option"}), 1);
+  // Nor does it die of a full disk where its refusal goes.
+  EXPECT_EQ(WEXITSTATUS(std::system((HAPTICD_PROGRAM + std::string(" --no-such-option 2>/dev/full")).c_str())), 1);
   for (const char* option : {"--config", "--socket", "--admin-socket", "--device"})
     EXPECT_EQ(code({"--check-config", option, ""}), 1) << option << " of a variable that is not set";
   EXPECT_EQ(code({"--rate", "5"}), 1);

@@ -38,7 +38,7 @@ int play(const Options& options) {
   for (const std::string& text : options.faults) {
     auto fault = haptic_emu::parseFault(text);
     if (!fault) {
-      fmt::print(stderr, "haptic-emu: {}\n", toString(fault.error()));
+      hapticd::tellError(fmt::format("haptic-emu: {}\n", toString(fault.error())));
       return kExitUsage;
     }
     fault->from_ns += start_ns;
@@ -60,7 +60,7 @@ int play(const Options& options) {
     std::fflush(stdout);
   });
   if (played) return 0;
-  fmt::print(stderr, "haptic-emu: {}\n", toString(played.error()));
+  hapticd::tellError(fmt::format("haptic-emu: {}\n", toString(played.error())));
   return kExitFailed;
 }
 
@@ -126,6 +126,6 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   if (hid.device.empty()) return play(options);
   const auto played = haptic_emu::playHid(hid, stop);
   if (played) return 0;
-  fmt::print(stderr, "haptic-emu: {}\n", toString(played.error()));
+  hapticd::tellError(fmt::format("haptic-emu: {}\n", toString(played.error())));
   return kExitFailed;
 }

@@ -137,19 +137,24 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
   app.failure_message([](const CLI::App*, const CLI::Error& error) {
     return fmt::format("hapticctl cut: {} (hapticctl cut --help tells how)\n", error.what());
   });
+  std::string help;
   try {
     app.parse(argc, argv);
     if (plane->count() + shell->count() == 0) throw CLI::RequiredError("--plane or --shell");
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) return app.exit(error), hapticctl::kExitUsage;
-    return fmt::print("{}", hapticd_options::helpOf(app, error)), hapticctl::kExitOk;
+    help = hapticd_options::helpOf(app, error);
   }
   const auto fail = [](int code, const std::string& where, const std::string& what, const std::string& remedy) {
-    fmt::print(stderr, "hapticctl cut: {}: {}{}\n", where, what, remedy.empty() ? "" : " (" + remedy + ")");
+    hapticd::tellError(
+        fmt::format("hapticctl cut: {}: {}{}\n", where, what, remedy.empty() ? "" : " (" + remedy + ")"));
     return code;
   };
   try {
-    return run(o);
+    if (help.empty()) return run(o);
+    fmt::print("{}", help);
+    hapticctl_import::requireSaid();
+    return hapticctl::kExitOk;
   } catch (const hapticctl::Failure& failure) {
     return fail(failure.exit, failure.where.empty() ? o.file : failure.where, failure.what, failure.remedy);
   } catch (const hapticctl_import::ImportError& error) {

@@ -103,16 +103,15 @@ int report(const std::string& file, const std::function<int()>& work) {
     return work();
   } catch (const ImportError& error) {
     const std::string at = error.where.empty() || error.where == file ? file : file + ": " + error.where;
-    fmt::print(stderr, "hapticctl import: {}: {}{}\n", at, error.what(),
-               error.remedy.empty() ? "" : " (" + error.remedy + ")");
+    hapticd::tellError(fmt::format("hapticctl import: {}: {}{}\n", at, error.what(),
+                                   error.remedy.empty() ? "" : " (" + error.remedy + ")"));
     return kFile;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr,
-               "hapticctl import: {}: is too large for this machine's memory, or damaged (see --crop, --shrink)\n",
-               file);
+    hapticd::tellError(fmt::format(
+        "hapticctl import: {}: is too large for this machine's memory, or damaged (see --crop, --shrink)\n", file));
     return kFile;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "hapticctl import: {}: {}\n", file, error.what());
+    hapticd::tellError(fmt::format("hapticctl import: {}: {}\n", file, error.what()));
     return kRefused;
   }
 }
@@ -228,13 +227,14 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): ends th
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) return app.exit(error), kUsage;
-    return fmt::print("{}", hapticd_options::helpOf(app, error)), kDone;
+    return report("--help",
+                  [&] { return fmt::print("{}", hapticd_options::helpOf(app, error)), requireSaid(), kDone; });
   }
   const std::vector<std::string> others = app.remaining();
   rest.insert(rest.end(), others.begin(), others.end());
   if (!rest.empty() && !(o.output.empty() && o.vdb.empty())) {
-    fmt::print(stderr, "hapticctl import: {}: is no option of it, and nothing is loaded that others could be for\n",
-               rest[0]);
+    hapticd::tellError(fmt::format(
+        "hapticctl import: {}: is no option of it, and nothing is loaded that others could be for\n", rest[0]));
     return kUsage;
   }
   return report(o.input.file, [&] { return run(o, rest); });

@@ -58,6 +58,19 @@ class ImportAndCut(Case):
             self.assertEqual(failed.returncode, code, failed.stderr)
             self.assertIn(said, failed.stderr)
 
+    def test_where_nothing_can_be_said_the_exit_code_still_tells(self):
+        """A refusal whose words find no room was an abort, which import took for a damaged file's."""
+        with open("/dev/full", "w", encoding="ascii") as full:
+            for program, *words in (("import", "none.mha", "--iso", "3"), ("import", "none.mha", "--iso", "3", "--output", "x.ply"),
+                                    ("cut", "none.stl", "--plane", "0,0,0", "--pull", "0,0,1")):
+                command = [BUILD / f"tools/hapticctl-{program}/hapticctl-{program}", *words]
+                self.assertEqual(subprocess.run(command, cwd=self.directory, stderr=full, check=False).returncode, 5, words)
+            for program in ("import", "cut"):
+                command = [BUILD / f"tools/hapticctl-{program}/hapticctl-{program}", "--help"]
+                done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+                self.assertEqual(done.returncode, 5)
+                self.assertIn("standard output: No space left on device (make room where it goes)", done.stderr)
+
     def test_numbers_of_import_are_finite(self):
         for option in ("--iso", "--label", "--smooth", "--resample", "--voxel"):
             command = [BUILD / "tools/hapticctl-import/hapticctl-import", "no.mha", option, "nan"]

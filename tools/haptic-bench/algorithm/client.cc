@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/algorithm/algorithms.h"
 #include "tools/haptic-bench/algorithm/native.h"
 #include "tools/haptic-bench/algorithm/opened_device.h"
@@ -47,8 +48,8 @@ class ClientOfDaemon {
   }
   ~ClientOfDaemon() {
     if (late_ == 0) return;
-    fmt::print(stderr, "client: {} of {} steps took longer than the trajectory's (a lower rate is felt as it goes)\n",
-               late_, steps_);
+    hapticd::tellError(fmt::format(
+        "client: {} of {} steps took longer than the trajectory's (a lower rate is felt as it goes)\n", late_, steps_));
   }
   ClientOfDaemon(const ClientOfDaemon&) = delete;
   ClientOfDaemon& operator=(const ClientOfDaemon&) = delete;
@@ -63,7 +64,8 @@ class ClientOfDaemon {
     constexpr double kWalking = 0.3;  // [m/s]
     goTo(hip, (hip - there_).norm() / kWalking);
     (void)settleAt(hip);
-    fmt::print(stderr, "haptic-bench: client: waits {} s for a program that arms the device {}\n", wait_s_, kName);
+    hapticd::tellError(
+        fmt::format("haptic-bench: client: waits {} s for a program that arms the device {}\n", wait_s_, kName));
     const steady_clock::time_point end = steady_clock::now() + std::chrono::duration_cast<steady_clock::duration>(
                                                                    std::chrono::duration<double>(wait_s_));
     while (!ready(sample())) {

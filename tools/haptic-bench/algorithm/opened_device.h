@@ -11,6 +11,7 @@
 #include <string>
 #include <thread>
 
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -47,7 +48,7 @@ class OpenedDevice {
   ~OpenedDevice() {
     const haptic::Result<void> closed = client_.closeDevice(uri_);
     if (!closed && closed.code() != HAPTIC_DISCONNECTED && !(shared_ && closed.code() == HAPTIC_PERMISSION_DENIED))
-      fmt::print(stderr, "haptic-bench: {} stays open: {}\n", uri_, closed.error().message());
+      hapticd::tellError(fmt::format("haptic-bench: {} stays open: {}\n", uri_, closed.error().message()));
   }
   OpenedDevice(const OpenedDevice&) = delete;
   OpenedDevice& operator=(const OpenedDevice&) = delete;

@@ -15,6 +15,7 @@
 #include <memory>
 #include <thread>
 
+#include "rt/base/standard_streams.h"
 #include "rt/ring/command_ring.h"
 #include "rt/ring/spsc.h"
 #include "rt/ring/state.h"
@@ -84,7 +85,7 @@ class SessionRing {
 };
 
 [[noreturn]] void fail() {
-  fmt::print(stderr, "haptic-bench ring: a message failed its check; the numbers would be worth nothing\n");
+  hapticd::tellError("haptic-bench ring: a message failed its check; the numbers would be worth nothing\n");
   std::exit(1);
 }
 

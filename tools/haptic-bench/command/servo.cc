@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "rt/base/standard_streams.h"
 #include "rt/cycle/realtime.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
@@ -81,7 +82,7 @@ int run(const Common& common, const ServoOptions& options) {
       touched.rounds.push_back(servo.counters.contacts.load() > 0 ? 1.0 : 0.0);
     }
   }
-  if (!note.empty()) fmt::print(stderr, "haptic-bench: not real-time: {}\n", note);
+  if (!note.empty()) hapticd::tellError(fmt::format("haptic-bench: not real-time: {}\n", note));
 
   std::vector<Series> all;
   for (const Side* side : {&bare, &daemon}) {
@@ -102,7 +103,7 @@ int run(const Common& common, const ServoOptions& options) {
         fmt::format("{} Hz, {} triangles, slices of {} s{}", options.rate_hz, options.triangles, options.seconds,
                     options.one_cpu ? ", one processor" : ""));
   if (std::find(touched.rounds.begin(), touched.rounds.end(), 0.0) == touched.rounds.end()) return 0;
-  fmt::print(stderr, "haptic-bench servo: a round without contact; the cost of its cycle is worth nothing\n");
+  hapticd::tellError("haptic-bench servo: a round without contact; the cost of its cycle is worth nothing\n");
   return 1;
 }
 

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/device/played_device.h"
 #include "tools/haptic-bench/device/played_sdk.h"
@@ -202,17 +203,17 @@ int run(const Common& common, const DeviceOptions& options) {
   bool good = true;
   for (const PlayedCase& played : playedCases()) good = judge(played, common, options.seconds, all, note) && good;
   if (options.sdk.empty()) {
-    fmt::print(stderr,
-               "haptic-bench: dhd and openhaptics left out: there is no played SDK beside this program (--sdk)\n");
+    hapticd::tellError(
+        "haptic-bench: dhd and openhaptics left out: there is no played SDK beside this program (--sdk)\n");
   } else {
     const PlayedCase dhd{
         .name = "dhd", .make = [&](Clock& clock, bool) { return playDhd(options.sdk, clock); }, .thread = false};
     good = judge(dhd, common, options.seconds, all, note) && good;
     for (const char* scheme : {"dhd", "openhaptics"}) good = judgeHelper(scheme, common, options, all) && good;
   }
-  if (!note.empty()) fmt::print(stderr, "haptic-bench: not real-time: {}\n", note);
+  if (!note.empty()) hapticd::tellError(fmt::format("haptic-bench: not real-time: {}\n", note));
   print(common, "device", all, fmt::format("parts of {} s", options.seconds));
-  if (!good) fmt::print(stderr, "haptic-bench device: too few readings a second, or errors on a good wire\n");
+  if (!good) hapticd::tellError("haptic-bench device: too few readings a second, or errors on a good wire\n");
   return good ? 0 : 1;
 }
 

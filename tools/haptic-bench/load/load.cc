@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/bench.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/interrupt.h"
@@ -81,8 +82,8 @@ int runLoad(const Common& common, const LoadOptions& options) {
       throw;
     }
     const LiveResult& last = cells[at].rounds.back();
-    fmt::print(stderr, "{}: period p99 {:.0f} us, force error {:.3g} %\n", cells[at].name, last.period_p99_us,
-               100 * last.force_rms);
+    hapticd::tellError(fmt::format("{}: period p99 {:.0f} us, force error {:.3g} %\n", cells[at].name,
+                                   last.period_p99_us, 100 * last.force_rms));
     ++at;
   };
   for (int round = 0; round < common.rounds; ++round) {

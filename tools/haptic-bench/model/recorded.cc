@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/recording/replayer.h"
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/failure.h"
 #include "tools/haptic-bench/tell.h"
 
@@ -53,12 +54,12 @@ void add(const SceneObject& object, Model& model) {
 
 void tell(const std::string& path, const SceneObject& object) {
   const hd_material& material = object.material;
-  fmt::print(stderr,
-             "haptic-bench: {}: object {}: {} triangles{}; felt with --stiffness {} --damping {} --friction-static {} "
-             "--friction-dynamic {}\n",
-             path, object.id, object.shape.mesh->triangle_count,
-             (object.flags & HD_OBJECT_TWO_SIDED) != 0 ? ", two-sided (ours:two_sided=1)" : "", material.stiffness,
-             material.damping, material.friction_static, material.friction_dynamic);
+  hapticd::tellError(fmt::format(
+      "haptic-bench: {}: object {}: {} triangles{}; felt with --stiffness {} --damping {} --friction-static {} "
+      "--friction-dynamic {}\n",
+      path, object.id, object.shape.mesh->triangle_count,
+      (object.flags & HD_OBJECT_TWO_SIDED) != 0 ? ", two-sided (ours:two_sided=1)" : "", material.stiffness,
+      material.damping, material.friction_static, material.friction_dynamic));
 }
 
 /** Says what can be touched that could not before, and so is no part of the model. */
@@ -72,7 +73,8 @@ class Latecomers {
     first_ = false;
   }
   void tell(const std::string& path) const {
-    if (!words_.empty()) fmt::print(stderr, "haptic-bench: {}: came later and left out: {}\n", path, words_);
+    if (!words_.empty())
+      hapticd::tellError(fmt::format("haptic-bench: {}: came later and left out: {}\n", path, words_));
   }
 
  private:
@@ -103,7 +105,7 @@ std::vector<Standing> take(const std::string& path, const Scene& scene, std::uin
                   others.empty() ? "a recording of a scene with a mesh"
                                  : fmt::format("boxes and other exact shapes are none: objects {}", others));
   }
-  if (!others.empty()) fmt::print(stderr, "haptic-bench: {}: left out: {}\n", path, others);
+  if (!others.empty()) hapticd::tellError(fmt::format("haptic-bench: {}: left out: {}\n", path, others));
   return taken;
 }
 

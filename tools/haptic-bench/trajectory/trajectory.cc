@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/failure.h"
 
 namespace haptic_bench {
@@ -29,8 +30,8 @@ void countJudged(Trajectory& trajectory) {
   if (judged + trajectory.unfit < all.size()) {
     why = (session ? ", in which the device was armed and its ramp over" : ", as its column judged says") + why;
   }
-  fmt::print(stderr, "haptic-bench: {}: {} of {} samples are judged{}{}\n", trajectory.name, judged, all.size(), why,
-             session && judged == 0 ? " (arm it once the recording runs)" : "");
+  hapticd::tellError(fmt::format("haptic-bench: {}: {} of {} samples are judged{}{}\n", trajectory.name, judged,
+                                 all.size(), why, session && judged == 0 ? " (arm it once the recording runs)" : ""));
 }
 
 Trajectory pressInto(const std::vector<SurfaceSample>& out, const Surface& surface) {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <set>
 
+#include "rt/base/standard_streams.h"
 #include "tools/haptic-bench/algorithm/registry.h"
 #include "tools/haptic-bench/failure.h"
 
@@ -124,24 +125,24 @@ void tellDoubts(const std::deque<Trial>& trials) {
   std::set<std::string> told;
   for (const Trial& trial : trials) {
     if (trial.outcome().repeats || !told.insert(trial.algorithm()).second) continue;
-    fmt::print(stderr, "haptic-bench: {}: its rounds differ in their forces: it depends on more than its input\n",
-               trial.algorithm());
+    hapticd::tellError(fmt::format(
+        "haptic-bench: {}: its rounds differ in their forces: it depends on more than its input\n", trial.algorithm()));
   }
   double most = 0;
   for (const Trial& trial : trials) most = std::max(most, largestForce(trial.trajectory()));
   constexpr double kOfAHand = 100;  // [N]
   if (most > kOfAHand) {
-    fmt::print(stderr,
-               "haptic-bench: the forces of the trajectory reach {:.3g} N, more than a hand bears (a column's unit "
-               "stands behind its name, as in fx_mN)\n",
-               most);
+    hapticd::tellError(fmt::format(
+        "haptic-bench: the forces of the trajectory reach {:.3g} N, more than a hand bears (a column's unit "
+        "stands behind its name, as in fx_mN)\n",
+        most));
   }
   const auto felt = [](const Answer& a) { return !a.force.isZero(0); };
   const auto feels = [&](const Trial& trial) {
     return std::any_of(trial.outcome().answers.begin(), trial.outcome().answers.end(), felt);
   };
   if (std::none_of(trials.begin(), trials.end(), feels))
-    fmt::print(stderr, "haptic-bench: no force in any sample (the units of the columns, and where the model stands)\n");
+    hapticd::tellError("haptic-bench: no force in any sample (the units of the columns, and where the model stands)\n");
 }
 
 Outcome runTrial(const std::string& algorithm, const Model& model, const Trajectory& trajectory, const Surface& surface,

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <climits>
 #include <csignal>
@@ -32,6 +33,38 @@ extern "C" void unlinkAndEnd(int signal) {
     if (name[0] != '\0') ::unlink(name);
   ::signal(signal, SIG_DFL);
   ::raise(signal);
+}
+
+std::atomic<pid_t> loading{0};  ///< hapticctl.
+
+extern "C" void handOn(int signal) {
+  if (const pid_t child = loading.load(); child > 0) ::kill(child, signal);
+}
+
+/** Signals that ask to end wait meanwhile. */
+class EndsBlocked {
+ public:
+  EndsBlocked() {
+    sigset_t ends;
+    sigemptyset(&ends);
+    for (const int end : kEnds) sigaddset(&ends, end);
+    ::sigprocmask(SIG_BLOCK, &ends, &before_);
+  }
+  ~EndsBlocked() { ::sigprocmask(SIG_SETMASK, &before_, nullptr); }
+  EndsBlocked(const EndsBlocked&) = delete;
+  EndsBlocked& operator=(const EndsBlocked&) = delete;
+  [[nodiscard]] const sigset_t& before() const { return before_; }
+
+ private:
+  sigset_t before_{};
+};
+
+/** What was in force is given to `before`; what is ignored stays so, as of nohup. */
+void handleEnds(void (*handler)(int), std::array<void (*)(int), 3>& before) {
+  for (std::size_t i = 0; i < kEnds.size(); ++i) {
+    before[i] = ::signal(kEnds[i], handler);
+    if (before[i] == SIG_IGN) ::signal(kEnds[i], SIG_IGN);
+  }
 }
 
 ImportError notWritten(const std::string& path, int code) {
@@ -61,21 +94,14 @@ TemporaryFile::TemporaryFile()
 }
 
 TemporaryFile::TemporaryFile(std::string pattern, int letters_behind) : path_(std::move(pattern)) {
-  sigset_t ends, before;
-  sigemptyset(&ends);
-  for (const int end : kEnds) sigaddset(&ends, end);
-  ::sigprocmask(SIG_BLOCK, &ends, &before);  // They find no file, or a file whose name is known.
+  const EndsBlocked blocked;  // They find no file, or a file whose name is known.
   slot_ = 0;
   while (slot_ < kMost && to_unlink[slot_][0] != '\0') ++slot_;
   if (slot_ < kMost && path_.size() < PATH_MAX) fd_ = ::mkostemps(path_.data(), letters_behind, O_CLOEXEC);
   if (fd_ >= 0) {
     *std::copy(path_.begin(), path_.end(), to_unlink[slot_]) = '\0';
-    for (std::size_t i = 0; i < kEnds.size(); ++i) {
-      before_[i] = ::signal(kEnds[i], unlinkAndEnd);
-      if (before_[i] == SIG_IGN) ::signal(kEnds[i], SIG_IGN);  // nohup stays so.
-    }
+    handleEnds(unlinkAndEnd, before_);
   }
-  ::sigprocmask(SIG_SETMASK, &before, nullptr);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -159,12 +185,28 @@ int runHapticctl(const std::vector<std::string>& words) {
   arguments.reserve(words.size());
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
-  pid_t child = 0;
-  if (const int code = ::posix_spawnp(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ); code != 0)
-    throw ImportError("hapticctl", std::strerror(code), "install it, or write the surface with --output");
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  std::array<void (*)(int), 3> before{};
+  {
+    const EndsBlocked blocked;  // They find none, or one whom they are handed on to.
+    posix_spawnattr_t as_before;
+    ::posix_spawnattr_init(&as_before);
+    ::posix_spawnattr_setflags(&as_before, POSIX_SPAWN_SETSIGMASK);
+    ::posix_spawnattr_setsigmask(&as_before, &blocked.before());
+    pid_t child = 0;
+    const int code = ::posix_spawnp(&child, program.c_str(), nullptr, &as_before, arguments.data(), environ);
+    ::posix_spawnattr_destroy(&as_before);
+    if (code != 0)
+      throw ImportError("hapticctl", std::strerror(code), "install it, or write the surface with --output");
+    loading = child;
+    handleEnds(handOn, before);
   }
+  siginfo_t ended{};
+  while (::waitid(P_PID, static_cast<id_t>(loading), &ended, WEXITED | WNOWAIT) < 0 && errno == EINTR) {
+  }
+  const pid_t child = loading.exchange(0);  // Until it is taken note of, its number is nobody else's.
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  for (std::size_t i = 0; i < kEnds.size(); ++i) ::signal(kEnds[i], before[i]);
   return WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 

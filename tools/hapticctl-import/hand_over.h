@@ -69,8 +69,11 @@ void writeFile(const std::string& path, const std::string& bytes);
 /** Throws ImportError unless all that was printed is out, or the reader of standard output has gone. */
 void requireSaid();
 
-/** Runs hapticctl, the one that called this program (HAPTICCTL), or beside it or on PATH, and gives its exit code.
- * Throws ImportError if there is none. */
+/**
+ * Runs hapticctl, the one that called this program (HAPTICCTL), or beside it or on PATH, and gives its exit code. What
+ * asks this program to end, but for SIGKILL, is handed on to it: it ends in its order. Throws ImportError if there is
+ * none.
+ */
 int runHapticctl(const std::vector<std::string>& words);
 
 }  // namespace hapticctl_import

@@ -12,7 +12,7 @@ import subprocess
 import time
 import unittest
 
-from daemon_case import BUILD, HAPTICCTL, SILENT, Case, stl
+from daemon_case import BUILD, HAPTICCTL, SILENT, Case, eventually, stl
 
 
 class ImportAndCut(Case):
@@ -130,6 +130,25 @@ class ImportAndCut(Case):
             importer.communicate()  # Until its child has closed its end too.
             self.assertEqual(importer.returncode, -end)
             self.assertEqual(list(folder.iterdir()), [])
+
+    def test_what_ends_import_ends_what_it_has_started_to_load(self):
+        """Else the object came into the scene of whoever had just given it up."""
+        scan, folder, started, told = (self.directory / name for name in ("late.raw", "temporary_too", "started", "told"))
+        scan.write_bytes(bytes(255 if 0 < x < 3 and 0 < y < 3 and 0 < z < 3 else 0 for z in range(4) for y in range(4) for x in range(4)))
+        folder.mkdir()
+        loader = self.file("loader", f"#!/bin/sh\ntrap 'echo > {told}; exit 1' INT TERM HUP\necho > {started}\n"
+                                     "for i in $(seq 400); do sleep 0.05; done\n")
+        loader.chmod(0o755)
+        for end in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            importer = subprocess.Popen([BUILD / "tools/hapticctl-import/hapticctl-import", scan, "--raw", "uint8", "--raw-size", "4,4,4", "--iso", "9"],
+                                        env={**os.environ, "TMPDIR": str(folder), "HAPTICCTL": str(loader)}, stdout=subprocess.DEVNULL)
+            self.assertTrue(eventually(started.exists))
+            importer.send_signal(end)
+            self.assertEqual(importer.wait(60), 1)
+            self.assertTrue(told.exists(), end)
+            self.assertEqual(list(folder.iterdir()), [])
+            started.unlink()
+            told.unlink()
 
     def test_cut(self):
         """A mesh in two by a program that hapticctl finds on PATH; no daemon needed."""

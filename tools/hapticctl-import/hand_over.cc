@@ -72,6 +72,12 @@ ImportError notWritten(const std::string& path, int code) {
           code == ENOSPC ? "make room, or choose another disk" : "choose another place for it"};
 }
 
+/** A name beside it to be made unique, no longer than a name may be. */
+std::string besides(const std::filesystem::path& path) {
+  constexpr std::string_view kUnique = ".XXXXXX";
+  return (path.parent_path() / path.filename().string().substr(0, NAME_MAX - kUnique.size())).string().append(kUnique);
+}
+
 /** 0, or what went wrong. */
 int writeAndClose(int fd, std::string_view bytes) {
   int code = 0;
@@ -97,6 +103,7 @@ TemporaryFile::TemporaryFile(std::string pattern, int letters_behind) : path_(st
   const EndsBlocked blocked;  // They find no file, or a file whose name is known.
   slot_ = 0;
   while (slot_ < kMost && to_unlink[slot_][0] != '\0') ++slot_;
+  errno = ENAMETOOLONG;
   if (slot_ < kMost && path_.size() < PATH_MAX) fd_ = ::mkostemps(path_.data(), letters_behind, O_CLOEXEC);
   if (fd_ >= 0) {
     *std::copy(path_.begin(), path_.end(), to_unlink[slot_]) = '\0';
@@ -147,12 +154,16 @@ void writeInPlace(const std::string& path, const std::string& bytes) {
 PreparedFile::PreparedFile(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {
   namespace fs = std::filesystem;
   std::error_code none;
+  if (fs::is_symlink(path_, none) && fs::is_regular_file(path_, none)) path_ = fs::canonical(path_).string();
   const fs::file_status status = fs::symlink_status(path_, none);
   const bool there = fs::exists(status);
   if (there && !fs::is_regular_file(status)) return;
-  if (part_.emplace(path_ + ".XXXXXX").fd() < 0) {
+  if (part_.emplace(besides(path_)).fd() < 0) {
+    const int code = errno;
     part_.reset();
-    return;
+    // A file in a folder that may not be written may be written still. For want of room it would lose what it held.
+    if (code == EACCES || code == EPERM || code == EROFS) return;
+    throw notWritten(path_, code);
   }
   const mode_t mask = ::umask(0);
   ::umask(mask);

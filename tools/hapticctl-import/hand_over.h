@@ -40,7 +40,8 @@ class TemporaryFile {
 
 /**
  * A file of which all is written before it takes its place: of several none takes its own where one does not fit. Only
- * a device, a pipe, a link's goal and a file in a folder that may not be written are written in their place, by keep().
+ * a device, a pipe, a link to what is not there yet and a file in a folder that may not be written are written in their
+ * place, by keep().
  */
 class PreparedFile {
  public:

@@ -16,9 +16,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(WriteFile, leavesWhatWasThereIfItDoesNotFit) {
-  const Folder folder;
-  const std::string path = folder.put("old.ply", "what was there"), link = folder.path() + "/link";
+void expectLeftIfItDoesNotFit(const Folder& folder, const std::string& name) {
+  const std::string path = folder.put(name, "what was there"), link = folder.path() + "/link";
   std::filesystem::permissions(path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -49,7 +48,20 @@ TEST(WriteFile, leavesWhatWasThereIfItDoesNotFit) {
   writeFile(link, "through it");
   EXPECT_EQ(contents(), "through it");
   EXPECT_TRUE(std::filesystem::is_symlink(link));
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
+  std::signal(SIGXFSZ, SIG_IGN);
+  EXPECT_THAT(refusal([&] { return writeFile(link, std::string(5000, 'x')), 0; }), HasSubstr("File too large"));
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_EQ(contents(), "through it");
   EXPECT_EQ(files(), 2);
+}
+
+TEST(WriteFile, leavesWhatWasThereIfItDoesNotFit) { expectLeftIfItDoesNotFit(Folder(), "old.ply"); }
+
+// Beside a name as long as names may be no longer one could stand, and it was written in its place.
+TEST(WriteFile, leavesWhatWasThereIfItDoesNotFitUnderALongName) {
+  expectLeftIfItDoesNotFit(Folder(), std::string(251, 'a') + ".ply");
 }
 
 /** How a process ends that does that. */

@@ -19,10 +19,24 @@ inline void holdStandardStreams() noexcept {
   }
 }
 
-/** On standard error, be there room and a reader or not: of a full disk fmt::print() throws, which would end a program.
+/**
+ * On standard error, be there room and a reader or not: of a full disk fmt::print() throws, which would end a program.
+ * What would steer a terminal, in UTF-8 too, is '?': it may come of a file.
  */
 inline void tellError(std::string_view text) noexcept {
-  if (std::fwrite(text.data(), 1, text.size(), stderr) != text.size()) return;  // Nobody to tell.
+  const auto put = [](std::string_view part) {
+    return part.empty() || std::fwrite(part.data(), 1, part.size(), stderr) == part.size();
+  };
+  std::size_t said = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]), next = static_cast<unsigned char>(text.substr(i, 2).back());
+    const bool c1 = byte == 0xc2 && next >= 0x80 && next < 0xa0;  // U+0080 to U+009F
+    if (!c1 && byte != 0x7f && (byte >= 0x20 || byte == '\n' || byte == '\t')) continue;
+    if (!put(text.substr(said, i - said)) || !put("?")) return;  // Nobody to tell.
+    i += c1 ? 1 : 0;
+    said = i + 1;
+  }
+  (void)put(text.substr(said));
 }
 
 }  // namespace hapticd

@@ -14,6 +14,7 @@
 #include "tools/hapticctl/failure.h"
 #include "tools/hapticctl/file/read_mesh.h"
 #include "tools/hapticctl/option.h"
+#include "tools/hapticctl/output/output.h"
 #include "tools/options/help.h"
 
 namespace hapticctl_cut {
@@ -50,8 +51,8 @@ void tell(const char* what, const std::string& path, const Surface& surface, dou
   fmt::print(
       "{:<9} {}: {} triangles, {:.4g} cubic units ({:.2f} % of the whole), from ({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, "
       "{:.4g}, {:.4g})\n",
-      what, path, surface.triangles.size(), volume, 100 * volume / whole, lower[0], lower[1], lower[2], upper[0],
-      upper[1], upper[2]);
+      what, hapticctl::printable(path), surface.triangles.size(), volume, 100 * volume / whole, lower[0], lower[1],
+      lower[2], upper[0], upper[1], upper[2]);
 }
 
 /** What is written must not be what is read, nor each other. */
@@ -86,8 +87,8 @@ int run(Options& o) {
   hapticctl_import::PreparedFile fragment(o.fragment, hapticctl_import::toPly(parts.fragment));
   body.keep();  // Those of one cut, or none: they fit no others.
   fragment.keep();
-  fmt::print("whole     {}: {} triangles, {:.4g} cubic units; {} lattice points\n", o.file, mesh.triangles.size(),
-             whole, parts.points);
+  fmt::print("whole     {}: {} triangles, {:.4g} cubic units; {} lattice points\n", hapticctl::printable(o.file),
+             mesh.triangles.size(), whole, parts.points);
   tell("body", o.body, parts.body, whole);
   tell("fragment", o.fragment, parts.fragment, whole);
   if (parts.crumbs > 0) {

@@ -71,6 +71,16 @@ class ImportAndCut(Case):
                 self.assertEqual(done.returncode, 5)
                 self.assertIn("standard output: No space left on device (make room where it goes)", done.stderr)
 
+    def test_what_a_file_says_does_not_steer_the_terminal(self):
+        scan, mesh = self.directory / "said.mha", self.file("\x1b[31mopen.stl", stl(["0 0 0", "20 0 0", "0 30 0", "0 0 50"]))
+        scan.write_bytes("NDims = 3\nDimSize = 4 4 4\nElementType = MET_UCHAR\nElementDataFile = a\x1b[31mb\x9bc\xe9\x7f\n".encode())
+        for words, code, said in (((BUILD / "tools/hapticctl-import/hapticctl-import", scan, "--iso", "5"), 5, "a?[31mb?c\xe9?: cannot be read"),
+                                  ((BUILD / "tools/hapticctl-cut/hapticctl-cut", mesh, "--plane", "0,0,10", "--pull", "0,0,1"), 0, "?[31mopen-body.ply")):
+            done = subprocess.run(words, capture_output=True, text=True, encoding="utf-8", check=False)
+            self.assertEqual(done.returncode, code, done.stderr)
+            self.assertIn(said, done.stdout + done.stderr)
+            self.assertNotRegex(done.stdout + done.stderr, r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
     def test_numbers_of_import_are_finite(self):
         for option in ("--iso", "--label", "--smooth", "--resample", "--voxel"):
             command = [BUILD / "tools/hapticctl-import/hapticctl-import", "no.mha", option, "nan"]

@@ -104,6 +104,27 @@ class OnATerminal(TerminalCase):
         self.assertFalse(self.json("status")["devices"][0]["armed"])
 
 
+    def test_a_reader_that_stands_still_holds_up_no_signal(self):
+        monitor = subprocess.Popen([HAPTICCTL, "--socket", self.socket, "monitor", "--csv"], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(monitor.kill)
+
+        def full():
+            """As good as: no page of it is left, though each need not be full."""
+            before = waiting()
+            time.sleep(0.5)
+            return (now := waiting()) > 30_000 and now == before
+
+        def waiting():
+            return struct.unpack("i", fcntl.ioctl(monitor.stdout, termios.FIONREAD, bytes(4)))[0]
+
+        self.assertTrue(eventually(full))
+        monitor.terminate()
+        self.assertEqual(monitor.wait(30), 5)
+        self.assertEqual(monitor.communicate()[1], "hapticctl: standard output: its reader stands still\n"
+                                                   "  what was to come is lost: begin again\n")
+
+
 class MoreThanThereIsTimeFor(TerminalCase):
     """A tool of many points amid as many meshes as are asked for, none with a volume."""
 

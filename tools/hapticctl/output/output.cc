@@ -25,6 +25,17 @@ std::size_t columnsOf(std::string_view text) {
       std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
+constexpr std::size_t kPiece = 4096;  // Of which a pipe that has room takes all.
+
+/** For one piece. False: the command was asked to end, and its reader has taken nothing for a while. */
+bool awaitRoom() {
+  constexpr int kLook_ms = 50, kPatience_ms = 1000;
+  pollfd out{STDOUT_FILENO, POLLOUT, 0};
+  while (!Interrupt::asked())
+    if (const int n = ::poll(&out, 1, kLook_ms); n > 0 || (n < 0 && errno != EINTR)) return true;
+  return ::poll(&out, 1, kPatience_ms) != 0;
+}
+
 /** On standard error, as it is. */
 void writeLine(std::string_view line) {
   const std::string text = std::string(line) + "\n";
@@ -89,7 +100,11 @@ void putJson(const nlohmann::ordered_json& value, bool one_line) {
 void flush() {
   std::string_view rest = buffer;
   while (!rest.empty()) {
-    const ssize_t n = ::write(STDOUT_FILENO, rest.data(), rest.size());
+    if (!awaitRoom()) {
+      buffer.clear();
+      throw Failure{kExitFile, "standard output", "its reader stands still", "what was to come is lost: begin again"};
+    }
+    const ssize_t n = ::write(STDOUT_FILENO, rest.data(), std::min(rest.size(), kPiece));
     if (n >= 0) {
       rest.remove_prefix(static_cast<std::size_t>(n));
     } else if (errno != EINTR) {

@@ -30,7 +30,10 @@ void print(fmt::format_string<Args...> format, Args&&... args) {
 }
 /** One JSON value on one line (streams) or indented, but for vectors (single answers). Not-a-number becomes null. */
 void putJson(const nlohmann::ordered_json& value, bool one_line = false);
-/** Writes the buffer. Throws OutputClosed, or Failure when the disk is full. */
+/**
+ * Writes the buffer. Throws OutputClosed, or Failure when the disk is full, or when a signal asks the command to end
+ * and for a second its reader takes nothing.
+ */
 void flush();
 /** Throws OutputClosed where nobody reads standard output any more: for who waits and has nothing to write. */
 void expectReader();

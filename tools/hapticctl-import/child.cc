@@ -17,7 +17,7 @@ namespace hapticctl_import {
 
 int inChild(const std::function<int()>& work, std::uint64_t most_bytes) {
   std::fflush(nullptr);
-  const pid_t child = ::fork();
+  const pid_t parent = ::getpid(), child = ::fork();
   if (child < 0) throw ImportError({}, fmt::format("no process can be started: {}", std::strerror(errno)));
   if (child == 0) {
     if (most_bytes == 0) {
@@ -25,6 +25,7 @@ int inChild(const std::function<int()>& work, std::uint64_t most_bytes) {
           static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
     }
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);  // It writes for nobody else, and leaves nothing half written.
+    if (::getppid() != parent) ::_exit(1);
     const rlimit memory{most_bytes, most_bytes}, core{0, 0};
     ::setrlimit(RLIMIT_AS, &memory);
     ::setrlimit(RLIMIT_CORE, &core);

@@ -1,5 +1,8 @@
 // Damaged files of every format: refused, or read as an image that is one; whoever dies of them dies alone.
+#include <pthread.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <functional>
@@ -147,6 +150,27 @@ TEST(Damage, whoDiesOfAFileDiesAlone) {
                 },
                 std::uint64_t{1} << 30),
             9);
+}
+
+// An import that was ended as it began left the surface of a child that nobody waited for any more.
+TEST(Damage, aChildWhoseParentHasEndedSinceReadsNothing) {
+  int open[2];
+  ASSERT_EQ(::pipe(open), 0);
+  const pid_t parent = ::fork();
+  if (parent == 0) {
+    ::pthread_atfork(nullptr, nullptr, [] {
+      const pid_t mine = ::getppid();
+      ::kill(mine, SIGKILL);
+      while (::getppid() == mine) ::usleep(100);
+    });
+    (void)inChild([&] { return ::write(open[1], "read", 4) == 4 ? 0 : 1; });
+    ::_exit(0);
+  }
+  ::close(open[1]);
+  char said = 0;
+  EXPECT_EQ(::read(open[0], &said, 1), 0) << "until its end";
+  ::close(open[0]);
+  ::waitpid(parent, nullptr, 0);
 }
 
 }  // namespace

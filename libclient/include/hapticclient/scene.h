@@ -127,7 +127,10 @@ typedef enum haptic_mesh_flag {
   HAPTIC_MESH_FILL_HOLES = 1 << 3  /**< With it: holes are closed for the volume; else an open mesh is refused. */
 } haptic_mesh_flag;
 
-/** Called on the thread that commits, `fraction` from 0 to 1. Return 0 to go on, else to cancel (HAPTIC_CANCELLED). */
+/**
+ * Called on the thread that commits, `fraction` from 0 to 1; a few times a second with the same where nothing new is
+ * told. Return 0 to go on, else to cancel (HAPTIC_CANCELLED).
+ */
 typedef int (*haptic_progress)(float fraction, const char* stage, void* user);
 
 /**

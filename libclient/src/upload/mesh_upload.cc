@@ -28,7 +28,7 @@ struct Waiting {
   std::condition_variable changed;
   bool news = false;
   float fraction = 0;
-  std::string stage;
+  std::string stage = "waiting";  ///< As long as the builder has said nothing.
   bool done = false;
   Failure failure;
   Reply memory;
@@ -142,14 +142,18 @@ void startCommit(haptic_upload& upload, const std::shared_ptr<Waiting>& waiting)
 
 /** Calls `progress` on this thread until the builder is done; gives why it went no further, if so. */
 Failure waitForBuilder(Waiting& waiting, haptic_progress progress, void* user, std::int64_t patience) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::nanoseconds(patience);
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::milliseconds kSilence{200};  // So soon it is asked again: a daemon that hangs tells nothing.
+  const auto deadline = Clock::now() + std::chrono::nanoseconds(patience);
   std::unique_lock lock(waiting.mutex);
   for (;;) {
-    if (!waiting.changed.wait_until(lock, deadline, [&] { return waiting.done || waiting.news; })) {
+    const auto until = std::min(deadline, Clock::now() + kSilence);
+    const bool told = waiting.changed.wait_until(lock, until, [&] { return waiting.done || waiting.news; });
+    if (!told && until == deadline) {
       return {HAPTIC_TIMEOUT, "upload",
               "the builder was not done within " + std::to_string(patience / 1'000'000) + " ms", "give it more time"};
     }
-    if (waiting.news) {
+    if (waiting.news || !told) {
       waiting.news = false;
       if (progress == nullptr) continue;
       const float fraction = waiting.fraction;

@@ -45,7 +45,7 @@ TEST_F(UploadTest, ProgressComesOnTheThreadThatCommits) {
   bool mine = true;
   const auto self = std::this_thread::get_id();
   const auto report = client_->scene().upload(kVertices, kTriangles, 0, [&](float fraction, const char* stage) {
-    EXPECT_GT(fraction, last);
+    EXPECT_GE(fraction, last);
     EXPECT_STREQ(stage, "tree");
     last = fraction;
     mine = mine && std::this_thread::get_id() == self;
@@ -65,6 +65,21 @@ TEST_F(UploadTest, TheCallbackCancels) {
   const auto report = client_->scene().upload(kVertices, kTriangles, 0, [](float, const char*) { return false; });
   EXPECT_EQ(report.code(), HAPTIC_CANCELLED);
   EXPECT_TRUE(eventually([&] { return daemon_->seen().cancelled_uploads == 1; }));
+}
+
+TEST_F(UploadTest, TheCallbackCancelsWhereNothingNewIsTold) {
+  for (const std::vector<float>& told : {std::vector<float>{}, {0.25f}}) {
+    daemon_->script([&](Script& script) {
+      script.progress = told;
+      script.never_build = true;
+    });
+    auto upload = client_->scene().beginUpload(4, 4);
+    ASSERT_TRUE(upload);
+    std::size_t calls = 0;
+    const auto report =
+        upload->commit([&](float, const char*) { return ++calls <= told.size(); }, std::chrono::seconds(20));
+    EXPECT_EQ(report.code(), HAPTIC_CANCELLED) << told.size();
+  }
 }
 
 TEST_F(UploadTest, ABuilderThatNeverEndsIsGivenUp) {

@@ -58,6 +58,7 @@ TEST_F(GreyPictureTest, EightBitsOfGreyFillTheRange) {
 
 TEST_F(GreyPictureTest, ColoursBecomeTheirLuminance) {
   const GreyPicture p = readPng(png<std::uint8_t>(PNG_FORMAT_RGB, {255, 255, 255, 0, 0, 0, 0, 255, 0, 100, 100, 100}));
+  ASSERT_EQ(p.grey.size(), 4u);
   EXPECT_EQ(p.grey[0], 65535);
   EXPECT_EQ(p.grey[1], 0);
   EXPECT_NEAR(p.grey[2] / 65535.0, 0.715, 0.002) << "green, by the weights of BT.709";

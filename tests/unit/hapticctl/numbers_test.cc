@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <clocale>
 #include <cmath>
 #include <string>
@@ -72,6 +73,14 @@ TEST(Numbers, RotationsAreUnitQuaternions) {
   const auto q = multiply(parseRotation("--rotate", "z,90"), parseRotation("--rotate", "x,90"));
   EXPECT_THAT(
       q, ElementsAre(DoubleNear(0.5, 1e-15), DoubleNear(0.5, 1e-15), DoubleNear(0.5, 1e-15), DoubleNear(0.5, 1e-15)));
+  // By Hamilton's table: ij = k, jk = i, ki = j.
+  constexpr std::size_t kOf[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}};
+  constexpr double kSign[4][4] = {{1, 1, 1, 1}, {1, -1, 1, -1}, {1, -1, -1, 1}, {1, 1, -1, -1}};
+  const std::array<double, 4> a{0.1, -0.7, 0.3, 0.6}, b{0.5, 0.2, -0.8, 0.4}, ab = multiply(a, b);
+  std::array<double, 4> expected{};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t k = 0; k < 4; ++k) expected[kOf[i][k]] += kSign[i][k] * a[i] * b[k];
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(ab[i], expected[i], 1e-15) << i;
   EXPECT_THAT(refusal([] { (void)parseRotation("--rotate", "0,0,0,0"); }), HasSubstr("no length"));
   EXPECT_THAT(refusal([] { (void)parseRotation("--rotate", "w,90"); }), HasSubstr("is no rotation"));
 }

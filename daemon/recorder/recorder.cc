@@ -93,11 +93,14 @@ void Recorder::run() noexcept {
     record();
   } catch (...) {               // This thread's last frame; only bad_alloc can come.
     end_.reason = "no memory";  // Short enough to need none.
-    end_.lost = log_->lost();
+    end_.lost = lostAfter(end_.cycles);
   }
   (void)::shutdown(stream_.get(), SHUT_RDWR);
   done_.store(true, std::memory_order_release);
 }
+
+/** Of all that the servo has run since: what found no room in the log, and what was left there. */
+std::uint64_t Recorder::lostAfter(std::uint64_t cycles) const { return log_->pushed() + log_->lost() - cycles; }
 
 void Recorder::record() {
   RecordingWriter writer([this](std::span<const std::byte> bytes) { return send(bytes); });
@@ -121,10 +124,11 @@ void Recorder::record() {
     }
     if (last) break;
   }
+  going = going && writer.flush();
   if (log_->lost() != 0) reason = "the reader of the recording was too slow";
   if (!going) reason = "the reader of the recording has gone or stands still";
-  end_ = {reason, writer.cycles(), log_->lost()};
-  (void)writer.end(reason, log_->lost());
+  end_ = {reason, writer.cycles(), lostAfter(writer.cycles())};
+  (void)writer.end(reason, end_.lost);
 }
 
 /** Meshes and textures that the next cycle may use. */

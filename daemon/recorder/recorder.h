@@ -75,6 +75,7 @@ class Recorder {
   Recorder() = default;
   void run() noexcept;
   void record();
+  [[nodiscard]] std::uint64_t lostAfter(std::uint64_t cycles) const;
   bool drain(RecordingWriter& writer);
   bool writeDue(RecordingWriter& writer);
   bool send(std::span<const std::byte> bytes);

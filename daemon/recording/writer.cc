@@ -67,7 +67,6 @@ bool RecordingWriter::cycle(const RecordedCycle& cycle) {
   if (!good_) return false;
   if (waiting_count_ == waiting_.size()) waiting_.emplace_back();
   copy(cycle, waiting_[waiting_count_++]);
-  ++cycles_;
   return waiting_count_ < kMostCycles || flush();
 }
 
@@ -75,10 +74,12 @@ bool RecordingWriter::flush() {
   if (waiting_count_ == 0) return good_;
   const auto count = static_cast<unsigned>(waiting_count_);
   waiting_count_ = 0;
-  return block([&](proto::Block::Builder out) {
+  const bool taken = block([&](proto::Block::Builder out) {
     auto list = out.initCycles(count);
     for (unsigned i = 0; i < count; ++i) write(waiting_[i], device_count_, list[i]);
   });
+  cycles_ += taken ? count : 0;
+  return taken;
 }
 
 bool RecordingWriter::end(const std::string& reason, std::uint64_t lost) {

@@ -35,6 +35,7 @@ class RecordingWriter {
   /** Last, once. */
   bool end(const std::string& reason, std::uint64_t lost);
 
+  /** In blocks that the sink has taken. */
   [[nodiscard]] std::uint64_t cycles() const { return cycles_; }
   [[nodiscard]] bool good() const { return good_; }
 

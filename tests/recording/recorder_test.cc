@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <poll.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -143,6 +144,22 @@ TEST_F(RecorderTest, IsGivenUpInTimeThoughItsReaderTakesALittleEachSecond) {
   ASSERT_TRUE(recorder->done());
   EXPECT_LT(rounds, 15);
   EXPECT_EQ(recorder->end().reason, "the reader of the recording has gone or stands still");
+}
+
+/** What stood in the log, and in no block yet, was told as recorded. */
+TEST_F(RecorderTest, ItsEndCountsWhatAReaderGotThatHasGone) {
+  push(CycleLog::kCycles + 904);
+  recorder->begin(header, {}, {});
+  for (const auto end = Clock::now() + seconds(20); contents().ticks.empty() && Clock::now() < end;)
+    ASSERT_TRUE(take());
+  (void)::shutdown(stream.get(), SHUT_RD);  // It still gets what was under way.
+  while (take()) {
+  }
+  for (const auto end = Clock::now() + seconds(20); !recorder->done() && Clock::now() < end;) std::this_thread::yield();
+  ASSERT_TRUE(recorder->done());
+  EXPECT_EQ(recorder->end().reason, "the reader of the recording has gone or stands still");
+  EXPECT_EQ(recorder->end().cycles, contents().ticks.size());
+  EXPECT_EQ(recorder->end().cycles + recorder->end().lost, CycleLog::kCycles + 904);
 }
 
 /** The daemon that stops does not wait for a reader who has stopped reading. */

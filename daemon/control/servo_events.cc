@@ -139,7 +139,7 @@ void Core::translate(GroupLink& link, const ServoEvent& e) {
   event.t_ns = e.t_ns;
   event.tick = e.tick;
   event.device = name;
-  event.object = e.object == 0 ? std::string() : scene_.nameOf(e.object);
+  event.object = scene_.lastNameOf(e.object);
   event.session = session == nullptr ? 0 : session->id;
   event.value = e.value;
   for (int i = 0; i < 3; ++i) event.point[i] = e.point[i];

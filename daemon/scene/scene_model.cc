@@ -303,6 +303,8 @@ void SceneModel::removeOne(std::uint32_t slot) {
   textures_.release(object.spec.surface.vibration);
   const std::string name = std::move(object.spec.name);
   by_name_.erase(name);
+  Gone& gone = gone_[slot] = {object.id, {}};
+  name.copy(gone.name.data(), gone.name.size() - 1);
   object = {};
   free_.giveBack(slot);
   changed(name, "removed");

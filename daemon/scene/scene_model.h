@@ -74,6 +74,8 @@ class SceneModel {
   [[nodiscard]] bool has(std::string_view name) const { return by_name_.count(std::string(name)) != 0; }
   /** Name of the object with that id, empty when it is gone. */
   [[nodiscard]] std::string nameOf(std::uint32_t id) const;
+  /** Also when it is gone, until its slot's next object is gone, too: a servo tells of it a bit later. */
+  [[nodiscard]] std::string lastNameOf(std::uint32_t id) const;
   /** World pose of an object, or identity for "". */
   [[nodiscard]] Pose worldPose(std::string_view name);
   [[nodiscard]] std::size_t size() const { return by_name_.size(); }
@@ -121,6 +123,12 @@ class SceneModel {
     std::uint64_t placed_at = 0;             ///< and in which.
     std::int64_t effect_until_ns = 0;        ///< 0: it does not end.
     std::array<std::array<Known, SceneObject::kParts>, kMaxGroups> known{};  ///< By sink.
+  };
+
+  /** The last object that a slot had. */
+  struct Gone {
+    std::uint32_t id = 0;
+    std::array<char, 64> name{};  ///< Ends in a zero: it has 63 bytes at most (checkName()).
   };
 
   Object* lookUp(std::string_view name);
@@ -176,6 +184,7 @@ class SceneModel {
   std::array<CommandSink*, kMaxGroups> sinks_{};
   std::array<Object, kMaxObjects> slots_;
   std::array<std::uint16_t, kMaxObjects> generation_{};
+  std::array<Gone, kMaxObjects> gone_{};  ///< By slot.
   FreeSlots free_;
   std::map<std::string, std::uint32_t, std::less<>> by_name_;
 };

@@ -45,6 +45,11 @@ std::string SceneModel::nameOf(std::uint32_t id) const {
   return slot != 0 && slot < kMaxObjects && slots_[slot].id == id ? slots_[slot].spec.name : std::string();
 }
 
+std::string SceneModel::lastNameOf(std::uint32_t id) const {
+  const std::uint32_t slot = objectSlot(id);
+  return id != 0 && slot < kMaxObjects && gone_[slot].id == id ? gone_[slot].name.data() : nameOf(id);
+}
+
 Pose SceneModel::worldPose(std::string_view name) {
   const Object* object = name.empty() ? nullptr : lookUp(name);
   return object == nullptr ? Pose{} : worldPoseOf(objectSlot(object->id));

@@ -58,6 +58,23 @@ TEST_F(ServoTold, ATouchWithItsPlaceItsForceAndItsObject) {
   EXPECT_EQ(heard(EventKind::kUntouch).object, "ball");
 }
 
+TEST_F(ServoTold, ThatATouchEndsByTheNameOfAnObjectThatWasRemovedMeanwhile) {
+  ObjectSpec spec;
+  spec.name = "ball";
+  spec.shape = {ShapeKind::kSphere, Vec3(0.02, 0, 0), 0};
+  spec.material = {1000, 0, 0, 0};
+  for (int time = 0; time < 2; ++time) {  // The second ball stands in another slot.
+    bench.scripted[1]->sample.p = Vec3(0, 0, 0.05);
+    bench.step(3);
+    ASSERT_TRUE(bench.core.scene().create(spec, bench.core.client(bench.connection)).ok());
+    bench.step(3);
+    bench.scripted[1]->sample.p = Vec3(0, 0, 0.019);
+    EXPECT_EQ(heard(EventKind::kTouch).object, "ball");
+    ASSERT_TRUE(bench.core.scene().remove("ball", bench.core.client(bench.connection)).ok());
+    EXPECT_EQ(heard(EventKind::kUntouch).object, "ball");
+  }
+}
+
 TEST_F(ServoTold, AButtonAndAFaultWithTheirNumbersAndNobodysSession) {
   bench.scripted[1]->sample.buttons = 5;
   const Event button = heard(EventKind::kButton);

@@ -129,8 +129,9 @@ void Core::tellTool(const OpenDevice& device, const std::string& object, const s
 Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
   const auto object = scene_.find(name);
   OpenDevice* holder = nullptr;
+  const bool there = shape.kind != ShapeKind::kMesh || meshes_.find(shape.mesh) != nullptr;  // Else refused below.
   for (const auto& device : devices_.devices()) {
-    if (!object || device->tool.object != name || device->tool.id != object->id) continue;
+    if (!object || !there || device->tool.object != name || device->tool.id != object->id) continue;
     holder = device.get();
     ObjectSpec held = object->spec;
     held.shape = shape;

@@ -63,6 +63,10 @@ TEST_F(ToolBench, KeepsAShapeThatCanBeHeld) {
     ASSERT_FALSE(refused.ok());
     EXPECT_NE(refused.error().what.find("in the hand of " + device.name), std::string::npos) << refused.error().what;
   }
+  const auto missing = bench.core.setShape("box", {ShapeKind::kMesh, {}, 999});
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().code, ErrorCode::kNotFound) << "not that it deforms: there is none";
+  EXPECT_EQ(missing.error().where, "shape.mesh");
   EXPECT_EQ(bench.core.scene().find("box")->spec.shape.kind, ShapeKind::kBox);
   EXPECT_TRUE(bench.core.setShape("box", {ShapeKind::kSphere, {0.01, 0, 0}, 0}).ok());
   ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());

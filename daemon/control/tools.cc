@@ -151,7 +151,8 @@ Result<void> Core::detachTool(OpenDevice& device, const Client& by) {
   if (auto r = mayChange(device, by); !r) return r;
   const HeldObject held = std::exchange(device.tool, {});
   (void)device.link->post(makeCommand(CommandKind::kDetachTool, DeviceRef{device.index}));
-  if (!held.object.empty()) tellTool(device, held.object, "tool detached");
+  const bool there = !held.object.empty() && scene_.nameOf(held.id) == held.object;  // Else it went with its object.
+  if (there) tellTool(device, held.object, "tool detached");
   return {};
 }
 

@@ -124,6 +124,12 @@ TEST_F(ToolBench, IsToldWhenItComesAndWhenItGoes) {
   EXPECT_EQ(told().size(), 1u);
   ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
   EXPECT_EQ(told(), std::vector{device.name + " box tool detached"});
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  ASSERT_TRUE(bench.core.scene().remove("box", anybody).ok());
+  add("box", ShapeKind::kBox);
+  (void)told();
+  ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
+  EXPECT_TRUE(told().empty()) << "that box never was in a hand";
   ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
   EXPECT_TRUE(told().empty()) << "nothing was held";
 }

@@ -27,7 +27,7 @@ void Core::noteAsker(OpenDevice& device, const Client& by) const {
 
 bool Core::mayClose(const OpenDevice& device, std::uint64_t connection) const {
   if (client(connection).administration) return true;
-  return harmless(device) && device.askers == std::vector{connection};
+  return harmless(device) && !device.kept && device.askers == std::vector{connection};
 }
 
 Result<void> Core::closeDevice(std::string_view uri, std::uint64_t connection) {

@@ -36,6 +36,16 @@ TEST_F(Closing, NotWhatOthersHaveAskedForUntilTheyLeave) {
   EXPECT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kOk);
 }
 
+/** That stays when he leaves; who comes later has not asked for it alone. */
+TEST_F(Closing, NotWhatAnAdministratorHasAskedForWhoHasLeft) {
+  const std::uint64_t administrator = *bench.core.connect(103, 0, true);
+  open("sim://default?mass=0.3", administrator);
+  bench.core.disconnect(administrator);
+  open("sim://default?mass=0.3", mine);
+  EXPECT_EQ(close("sim://default?mass=0.3", mine), ErrorCode::kPermissionDenied);
+  EXPECT_EQ(close("sim://default?mass=0.3", bench.administration), ErrorCode::kOk);
+}
+
 TEST_F(Closing, NotWhatIsConfiguredOrReal) {
   open("test://first", mine);
   EXPECT_EQ(close("test://first", mine), ErrorCode::kPermissionDenied);

@@ -9,7 +9,7 @@
 namespace hapticd {
 namespace {
 
-Error at(std::size_t byte, std::string what, std::string remedy = {}) {
+Error at(std::size_t byte, std::string what, std::string remedy) {
   return {ErrorCode::kInvalidArgument, fmt::format("byte {}", byte), std::move(what), std::move(remedy)};
 }
 
@@ -34,7 +34,8 @@ Result<std::string> decode(std::string_view text, std::size_t begin, std::size_t
       i += 2;
     }
     if (c < 0x20 || c > 0x7e)
-      return at(start, fmt::format("character 0x{:02x} is not printable ASCII", static_cast<unsigned char>(c)));
+      return at(start, fmt::format("character 0x{:02x} is not printable ASCII", static_cast<unsigned char>(c)),
+                "names and values need no more than letters, digits and signs");
     out.push_back(c);
   }
   return out;
@@ -57,7 +58,8 @@ std::string ResourceName::upTo(std::size_t last) const {
 
 Result<ResourceName> parseResourceName(std::string_view text) {
   if (text.size() > kMaxResourceName) {
-    return at(kMaxResourceName, fmt::format("the name has {} bytes; {} is the most", text.size(), kMaxResourceName));
+    return at(kMaxResourceName, fmt::format("the name has {} bytes; {} is the most", text.size(), kMaxResourceName),
+              "shorten it");
   }
   if (text.empty() || text[0] != '/') return at(0, "a resource name starts with '/'", "for example /objects");
   ResourceName name;
@@ -69,7 +71,7 @@ Result<ResourceName> parseResourceName(std::string_view text) {
     auto element = decode(text, begin, end);
     if (!element) return element.error();
     if (name.element.size() == kMaxResourceElements) {
-      return at(begin, fmt::format("more than {} path elements", kMaxResourceElements));
+      return at(begin, fmt::format("more than {} path elements", kMaxResourceElements), "shorten it");
     }
     name.element.push_back(std::move(*element));
     begin = end + 1;
@@ -85,7 +87,7 @@ Result<ResourceName> parseResourceName(std::string_view text) {
     if (!key) return key.error();
     auto value = decode(text, equals + 1, end);
     if (!value) return value.error();
-    if (name.find(*key) != nullptr) return at(begin, fmt::format("'{}' is given twice", *key));
+    if (name.find(*key) != nullptr) return at(begin, fmt::format("'{}' is given twice", *key), "give it once");
     name.query.emplace_back(std::move(*key), std::move(*value));
     begin = end + 1;
   }

@@ -34,7 +34,8 @@ auto* findRow(const Table& table, const std::string& name) {
 }
 
 Error tooDeep(const ResourceName& name, std::size_t i) {
-  return {ErrorCode::kNotFound, name.upTo(i), fmt::format("there is nothing below {}", name.upTo(i - 1)), {}};
+  return {ErrorCode::kNotFound, name.upTo(i), fmt::format("there is nothing below {}", name.upTo(i - 1)),
+          "name that itself"};
 }
 
 /** A refusal of a write to `path`, in whatever words its place was told below. */

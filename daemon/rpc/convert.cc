@@ -46,16 +46,17 @@ void setStatus(proto::Status::Builder out, const Result<void>& result) {
 
 Result<void> checkText(capnp::Text::Reader in, std::size_t most, const char* where) {
   if (in.size() > most) {
-    return Error{
-        ErrorCode::kInvalidArgument, where, fmt::format("it has {} bytes; {} is the most", in.size(), most), {}};
+    return Error{ErrorCode::kInvalidArgument, where, fmt::format("it has {} bytes; {} is the most", in.size(), most),
+                 "shorten it"};
   }
   const auto* s = reinterpret_cast<const unsigned char*>(in.begin());
   for (std::size_t i = 0; i < in.size();) {
     const std::size_t n = utf8Length(s + i, in.size() - i);
     const bool control = s[i] < 0x20 || s[i] == 0x7f || (s[i] == 0xc2 && n == 2 && s[i + 1] < 0xa0);
     if (n == 0 || control) {
-      return Error{
-          ErrorCode::kInvalidArgument, where, fmt::format("byte {} (0x{:02x}) is not printable UTF-8", i, s[i]), {}};
+      return Error{ErrorCode::kInvalidArgument, where,
+                   fmt::format("byte {} (0x{:02x}) is not printable UTF-8", i, s[i]),
+                   "write it in UTF-8, without control characters"};
     }
     i += n;
   }

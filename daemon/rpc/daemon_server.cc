@@ -182,7 +182,9 @@ kj::Promise<void> DaemonServer::statistics(StatisticsContext context) {
     auto device = core_.devices().find(*uri);
     if (!device) return device.error();
     if (params.getReset() && !client().administration) {
-      return Error{ErrorCode::kPermissionDenied, "reset", "resetting statistics needs the administration socket", {}};
+      const std::string& socket = core_.facts().admin_socket;
+      return Error{ErrorCode::kPermissionDenied, "reset", "resetting statistics needs the administration socket",
+                   socket.empty() ? "" : "connect to " + socket};
     }
     writeStatistics(results.initStatistics(), **device);
     if (params.getReset()) resetStatistics(**device);

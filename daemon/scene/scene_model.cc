@@ -99,10 +99,9 @@ Result<void> SceneModel::setVelocity(std::string_view name, const Twist& V_PO) {
   if (object == nullptr) return notFound(name, "name");
   const auto within = [](const Vec3& x, double most) { return isFinite(x) && x.cwiseAbs().maxCoeff() <= most; };
   if (!within(V_PO.v, limits::kSpeed) || !within(V_PO.w, limits::kAngularSpeed)) {
-    return Error{ErrorCode::kInvalidArgument,
-                 "velocity",
+    return Error{ErrorCode::kInvalidArgument, "velocity",
                  fmt::format("it is not finite or beyond {} m/s or {} rad/s", limits::kSpeed, limits::kAngularSpeed),
-                 {}};
+                 "for example 0.05,0,0"};
   }
   if (auto r = accepting(); !r) return r;
   refresh(*object);

@@ -99,5 +99,32 @@ TEST(WrittenProperties, EachIsChangedAloneAndToldAgain) {
   }
 }
 
+TEST(WrittenProperties, ARefusalSaysWhereAndWhatToDo) {
+  Bench bench;
+  const Client& by = bench.core.client(bench.administration);
+  ObjectSpec spec;
+  spec.name = "it";
+  spec.shape = {ShapeKind::kSphere, Vec3(0.01, 0, 0), 0};
+  spec.material = kDefaultMaterial;
+  ASSERT_TRUE(bench.core.scene().create(spec, by).ok());
+  ResourceTree tree(bench.core);
+  const auto check = [](const char* uri, const Result<std::string>& answer) {
+    ASSERT_FALSE(answer.ok()) << uri;
+    EXPECT_FALSE(answer.error().where.empty() || answer.error().remedy.empty())
+        << uri << " " << toString(answer.error());
+  };
+  for (const ObjectProperty& property : objectProperties()) {
+    for (const char* const value : {"x", "-1e99", "1,2"}) {
+      const std::string uri = std::string("/objects/it/") + property.name + "?value=" + value;
+      check(uri.c_str(), tree.set(uri, by));
+    }
+  }
+  for (const char* const uri : {"/objects/it/pos/x?value=0,0,0", "/objects/it/velocity?value=0,0,101",
+                                "/objects/it?value=1", "/world/gravity/x?value=1", "/devices/no/radius?value=0"})
+    check(uri, tree.set(uri, by));
+  for (const char* const path : {"/objects/it/pos/x", "/world/gravity/x", "/clients/x", "/config/x", "/volumes/x"})
+    check(path, tree.get(path, by));
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -29,7 +29,9 @@ TEST(ResourceName, TakesRootFoldersAndEscapes) {
 TEST(ResourceName, NamesTheByteAtFault) {
   const auto where = [](std::string_view text) {
     const auto r = parseResourceName(text);
-    return r.ok() ? std::string("accepted") : r.error().where;
+    if (r.ok()) return std::string("accepted");
+    EXPECT_FALSE(r.error().remedy.empty()) << toString(r.error());
+    return r.error().where;
   };
   EXPECT_EQ(where(""), "byte 0");
   EXPECT_EQ(where("objects"), "byte 0");

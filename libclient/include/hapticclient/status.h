@@ -116,8 +116,8 @@ typedef struct haptic_check_list {
 HAPTIC_API int haptic_get_status(haptic_client* client, haptic_status** status, haptic_error* error);
 
 /**
- * Timing of the device's servo since start or reset. Null or "": the first open device. `reset` (administration) starts
- * them anew after this answer. Blocks; any thread.
+ * Counters of the device's servo since its start, and histograms since then or their last reset. Null or "": the first
+ * open device. `reset` (administration) starts the histograms anew after this answer. Blocks; any thread.
  */
 HAPTIC_API int haptic_get_statistics(haptic_client* client, const char* uri, int reset, haptic_statistics** statistics,
                                      haptic_error* error);

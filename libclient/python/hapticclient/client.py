@@ -378,7 +378,7 @@ class Client(Handle):
             return status(reply)
 
     def statistics(self, uri: str = "", reset: bool = False) -> Statistics:
-        """Counters and histograms of a device. To reset them takes administration."""
+        """Counters and histograms of a device. To reset the histograms takes administration."""
         with _Reply(_abi.Statistics, _lib.haptic_get_statistics, self._handle, arrays.device(uri), int(reset)) as reply:
             return plain(Statistics, reply, histograms=[plain(Histogram, reply.histograms[i].contents)
                                                         for i in range(reply.histogram_count)])

@@ -342,7 +342,7 @@ class Histogram:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Counters and histograms of a device's servo since its start, or since they were reset."""
+    """Counters of a device's servo since its start, and histograms since then or since they were reset."""
     uri: str
     period_ns: int
     cycles: int

@@ -235,6 +235,21 @@ TEST_F(ClientIntegration, WhatTheDaemonRefusesIsInTheAcks) {
   EXPECT_TRUE(session.alive());
 }
 
+TEST_F(ClientIntegration, AStatusTellsWhatASessionHasPushed) {
+  auto client = connect("pusher");
+  auto session = open(client);
+  haptic_local_model plane = floorAt(0);
+  plane.lease_ns = 10'000'000'000;
+  for (plane.slot = 1; plane.slot < 3; ++plane.slot) ASSERT_TRUE(session.push(plane));
+  ASSERT_TRUE(session.push(plane, {.at_tick = newest(session).tick + 60'000}));
+  const auto told = [&] {
+    const auto status = client.status();
+    const haptic_client_status& s = *(*status)->clients[0];
+    return s.received == 3 && s.rejected == 1 && s.models == 2 && s.fade == 1;
+  };
+  EXPECT_TRUE(eventually(told)) << (*client.status())->clients[0]->models << " models";
+}
+
 TEST_F(ClientIntegration, LimitsFallFreelyAndRiseByAdministration) {
   auto client = connect("user");
   auto session = open(client);

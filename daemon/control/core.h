@@ -190,8 +190,9 @@ class Core {
   [[nodiscard]] Result<void> closeDevice(std::string_view uri, std::uint64_t connection);
   /**
    * Attempts what is kWouldBlock while the force of a device is being lowered, for it was disarmed or stopped or its
-   * session has ended: now and, as long as that is so, in each poll(), kLowered_ns at most. `done` hears the last
-   * answer; that of a connection which has left is kTimeout, without another attempt.
+   * session has ended: now and, as long as that is so, in each poll(), kLowered_ns at most, one after the other for
+   * each connection. `done` hears the last answer; that of a connection which has left is kTimeout, without another
+   * attempt.
    */
   void onceLowered(std::uint64_t connection, std::function<Result<void>()> attempt,
                    std::function<void(const Result<void>&)> done);
@@ -269,8 +270,8 @@ class Core {
   [[nodiscard]] Result<void> mayGo(const GroupLink& link, bool administration);
   /** Disarmed, and what was last sent to it is zero. */
   [[nodiscard]] static bool powerless(const OpenDevice& device);
-  /** Switched off, and not powerless yet. */
-  [[nodiscard]] static bool isLowered(const OpenDevice& device);
+  /** Switched off, and not known to be powerless yet. */
+  [[nodiscard]] bool isLowered(const OpenDevice& device) const;
   Result<void> closeGroupOf(OpenDevice& device);
   void closeUnused();
   [[nodiscard]] Result<Session*> sessionOn(OpenDevice& device, std::uint64_t connection, const std::string& name);
@@ -292,6 +293,7 @@ class Core {
     std::string uri;
     std::uint64_t connection;
     std::int64_t since_ns;
+    std::int64_t free_ns;  ///< When nothing of its group was armed: from then on it has kRoomNs.
     RecordDone done;
   };
   struct LoweredWish {

@@ -36,7 +36,7 @@ Result<Recordings::Started> Core::record(std::string_view uri, std::uint64_t con
 }
 
 void Core::record(std::string_view uri, std::uint64_t connection, RecordDone done) {
-  fulfil(RecordWish{std::string(uri), connection, clock_.now(), std::move(done)});
+  fulfil(RecordWish{std::string(uri), connection, clock_.now(), clock_.now(), std::move(done)});
 }
 
 /** One that ends is there until all is in its stream: who records again at once waits for that. So does who has just
@@ -44,8 +44,9 @@ void Core::record(std::string_view uri, std::uint64_t connection, RecordDone don
 void Core::fulfil(RecordWish wish) {
   if (!clients_.has(wish.connection)) return wish.done(left());
   const auto device = devices_.find(wish.uri);
-  const std::int64_t waited_ns = clock_.now() - wish.since_ns;
-  const bool has_place = device && record_wishes_.size() < kWishes, may_wait = has_place && waited_ns < kRoomNs;
+  const std::int64_t now_ns = clock_.now();
+  const bool has_place = device && record_wishes_.size() < kWishes,
+             may_wait = has_place && now_ns - wish.free_ns < kRoomNs;
   if (may_wait && !recordings_.ready(**device, client(wish.connection)))
     return record_wishes_.push_back(std::move(wish));
   auto started = record(wish.uri, wish.connection);
@@ -56,14 +57,17 @@ void Core::fulfil(RecordWish wish) {
     });
   };
   if ((may_wait && is(ErrorCode::kWouldBlock)) ||
-      (may_wait && is(ErrorCode::kAlreadyExists) && recordings_.ends(*(*device)->link)) ||
-      (has_place && waited_ns < kLowered_ns && is(ErrorCode::kInvalidArgument) && lowers()))
+      (may_wait && is(ErrorCode::kAlreadyExists) && recordings_.ends(*(*device)->link)))
     return record_wishes_.push_back(std::move(wish));
+  if (has_place && now_ns - wish.since_ns < kLowered_ns && is(ErrorCode::kInvalidArgument) && lowers()) {
+    wish.free_ns = now_ns;
+    return record_wishes_.push_back(std::move(wish));
+  }
   wish.done(std::move(started));
 }
 
-bool Core::isLowered(const OpenDevice& device) {
-  return device.link->isSwitchedOff(device.index) && !powerless(device);
+bool Core::isLowered(const OpenDevice& device) const {
+  return device.link->isSwitchedOff(device.index) && (!powerless(device) || mayBeArmed(device));
 }
 
 void Core::onceLowered(std::uint64_t connection, std::function<Result<void>()> attempt,
@@ -73,11 +77,15 @@ void Core::onceLowered(std::uint64_t connection, std::function<Result<void>()> a
 
 void Core::fulfil(LoweredWish wish) {
   if (!clients_.has(wish.connection)) return wish.done(left());
+  const bool may_wait = lowered_wishes_.size() < kWishes && clock_.now() - wish.since_ns < kLowered_ns;
+  if (may_wait &&
+      std::ranges::find(lowered_wishes_, wish.connection, &LoweredWish::connection) != lowered_wishes_.end())
+    return lowered_wishes_.push_back(std::move(wish));  // Behind what it has asked for before.
   // First: what the attempt still sees may be over after it.
-  const bool lowers = std::ranges::any_of(devices_.devices(), [](const auto& device) { return isLowered(*device); });
+  const bool lowers =
+      std::ranges::any_of(devices_.devices(), [this](const auto& device) { return isLowered(*device); });
   const Result<void> result = wish.attempt();
-  if (lowers && !result && result.error().code == ErrorCode::kWouldBlock && lowered_wishes_.size() < kWishes &&
-      clock_.now() - wish.since_ns < kLowered_ns)
+  if (may_wait && lowers && !result && result.error().code == ErrorCode::kWouldBlock)
     return lowered_wishes_.push_back(std::move(wish));
   wish.done(result);
 }

@@ -10,6 +10,9 @@ namespace {
 
 Result<std::string> readUri(capnp::Text::Reader in) { return readText(in, kMostUri, "uri"); }
 
+/** Of what a client no longer waits for: it is not done behind its back. */
+Error givenUp() { return {ErrorCode::kTimeout, "client", "it waits no more", {}}; }
+
 template <class Results>
 void writeSession(Results results, Core& core, const Session& session) {
   KJ_ON_SCOPE_FAILURE(core.sessions().end(session.id, "it could not be handed out"));
@@ -94,8 +97,8 @@ kj::Promise<void> DaemonServer::closeDevice(CloseDeviceContext context) {
   return answerLater(context, [&](auto params, auto later) -> Result<void> {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
-    const auto close = [&core = core_, by = connection_, uri = std::string(*uri)] {
-      return caught([&] { return core.closeDevice(uri, by); });
+    const auto close = [&core = core_, by = connection_, uri = std::string(*uri), later] {
+      return caught([&] { return later->waiting() ? core.closeDevice(uri, by) : Result<void>(givenUp()); });
     };
     core_.onceLowered(connection_, close, [later](const Result<void>& closed) { later->done(closed); });
     return {};
@@ -150,20 +153,26 @@ kj::Promise<void> DaemonServer::set(SetContext context) {
   return answerLater(context, [&](auto params, auto later) -> Result<void> {
     const std::string uri(params.getUri().begin(), params.getUri().size());
     const auto json = std::make_shared<std::string>();
-    const auto set = [&core = core_, by = connection_, uri, json] {
+    const auto set = [&core = core_, by = connection_, uri, json, later] {
       return caught([&]() -> Result<void> {
+        if (!later->waiting()) return givenUp();
         auto now = core.editFor(by, [&] { return ResourceTree(core).set(uri, core.client(by)); });
         if (!now) return now.error();
         *json = std::move(*now);
         return {};
       });
     };
-    core_.onceLowered(connection_, set, [later, json](const Result<void>& done) {
+    const auto told = [later, json](const Result<void>& done) {
       later->answer([&](auto results) -> Result<void> {
         if (done) results.setJson(text(*json));
         return done;
       });
-    });
+    };
+    if (uri.starts_with("/devices/")) {
+      core_.onceLowered(connection_, set, told);
+    } else {
+      told(set());
+    }
     return {};
   });
 }

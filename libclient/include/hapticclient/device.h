@@ -116,7 +116,7 @@ HAPTIC_API int haptic_device_open(haptic_client* client, const char* uri, haptic
  * Closes a device and those that share its servo. HAPTIC_DEVICE_BUSY while a session uses one of them. Waits for the
  * force of the last one to be lowered, a second or so; after two it is HAPTIC_WOULD_BLOCK or, for an administrator,
  * closed whatever its servo does. Administration; but a simulated one that is not configured may be closed by a client
- * that alone has asked for it, of those that are still there. Blocks; any thread.
+ * that alone has asked for it, of those that are still there, unless an administrator ever has. Blocks; any thread.
  */
 HAPTIC_API int haptic_device_close(haptic_client* client, const char* uri, haptic_error* error);
 

@@ -135,6 +135,30 @@ TEST_F(Leaving, WhoClosesItMayWaitUntilItsForceIsLowered) {
   EXPECT_TRUE(heard.back().ok()) << toString(heard.back().error());
 }
 
+TEST_F(Leaving, WhatAClientAsksForMeanwhileIsDoneInItsOrder) {
+  const std::uint64_t session = push(mine);
+  bench.core.sessions().end(session, "test");
+  bench.client.reset();
+  std::vector<int> done;
+  bool lowers = true;
+  const auto ask = [&](std::uint64_t by, int number) {
+    bench.core.onceLowered(
+        by,
+        [&] {
+          return lowers ? Result<void>(Error{ErrorCode::kWouldBlock, {}, {}, {}}) : Result<void>();
+        },
+        [&done, number](const Result<void>& result) { done.push_back(result ? number : -number); });
+  };
+  ask(mine, 1);
+  lowers = false;  // Before the next poll().
+  ask(mine, 2);
+  EXPECT_TRUE(done.empty()) << "the first still waits";
+  ask(other, 3);
+  EXPECT_EQ(done, std::vector{3}) << "another client does not";
+  bench.core.poll();
+  EXPECT_EQ(done, (std::vector{3, 1, 2}));
+}
+
 TEST_F(Leaving, NobodyWaitsLongForAServoThatStandsStill) {
   const std::uint64_t session = push(mine);
   bench.core.sessions().end(session, "test");

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "daemon/log/log.h"
+#include "drivers/registry.h"
 
 namespace hapticd {
 namespace {
@@ -59,7 +60,8 @@ Result<void> WantedGroups::begin(const std::vector<GroupConfig>& groups) {
   }
   for (Wanted& wanted : wanted_) {  // What another group names is not whatever there is.
     std::erase_if(wanted.candidates, [&](const auto& one) {
-      return one != kSimulator && std::find(all.begin(), all.end(), one) != all.end();
+      return one != kSimulator &&
+             std::any_of(all.begin(), all.end(), [&](const auto& named) { return isAskedFor(named, one); });
     });
   }
   return {};

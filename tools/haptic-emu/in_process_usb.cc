@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace haptic_emu {
@@ -54,9 +55,8 @@ class InProcessUsb final : public hapticd::UsbTransport {
 
   void sendNow(std::span<const std::uint8_t> bytes) noexcept override {
     if (!model_.plugged()) return;
-    // What is under way on the endpoint goes first, as on the bus.
-    for (const Out& out : out_) model_.out(out.bytes);
-    out_.clear();
+    // What is under way on the endpoint goes first, as on the bus; its end is told in its time.
+    for (Out& out : out_) hand(out);
     model_.out(bytes);
   }
 
@@ -64,7 +64,12 @@ class InProcessUsb final : public hapticd::UsbTransport {
   struct Out {
     std::int64_t at_ns;
     std::vector<std::uint8_t> bytes;
+    bool handed = false;  ///< To the model.
   };
+
+  void hand(Out& out) {
+    if (!std::exchange(out.handed, true)) model_.out(out.bytes);
+  }
 
   /** Told at least one end. */
   bool deliver(UsbListener& listener) {
@@ -75,7 +80,7 @@ class InProcessUsb final : public hapticd::UsbTransport {
       return ended;
     }
     while (!out_.empty() && out_.front().at_ns <= clock_.now()) {
-      model_.out(out_.front().bytes);
+      hand(out_.front());
       out_.pop_front();
       listener.onOut(UsbStatus::kOk);
       ended = true;

@@ -27,19 +27,30 @@ std::size_t columnsOf(std::string_view text) {
 
 constexpr std::size_t kPiece = 4096;  // Of which a pipe that has room takes all.
 
+constexpr int kLook_ms = 50, kPatience_ms = 1000;
+
+/** For one piece, within so long; signals make that shorter. */
+bool hasRoom(int fd, int most_ms) {
+  pollfd out{fd, POLLOUT, 0};
+  for (int left_ms = most_ms; left_ms > 0; left_ms -= kLook_ms) {
+    if (const int n = ::poll(&out, 1, kLook_ms); n > 0 || (n < 0 && errno != EINTR)) return true;
+  }
+  return false;
+}
+
 /** For one piece. False: the command was asked to end, and its reader has taken nothing for a while. */
 bool awaitRoom() {
-  constexpr int kLook_ms = 50, kPatience_ms = 1000;
-  pollfd out{STDOUT_FILENO, POLLOUT, 0};
-  while (!Interrupt::asked())
-    if (const int n = ::poll(&out, 1, kLook_ms); n > 0 || (n < 0 && errno != EINTR)) return true;
-  return ::poll(&out, 1, kPatience_ms) != 0;
+  while (!Interrupt::asked()) {
+    if (hasRoom(STDOUT_FILENO, kLook_ms)) return true;
+  }
+  return hasRoom(STDOUT_FILENO, kPatience_ms);
 }
 
 /** On standard error, as it is. */
 void writeLine(std::string_view line) {
   const std::string text = std::string(line) + "\n";
-  if (::write(STDERR_FILENO, text.data(), text.size()) < 0) return;  // Nobody to tell.
+  if (Interrupt::asked() && !hasRoom(STDERR_FILENO, kPatience_ms)) return;  // It may be the pipe that nobody reads.
+  if (::write(STDERR_FILENO, text.data(), text.size()) < 0) return;         // Nobody to tell.
 }
 
 std::string onOneLine(const nlohmann::ordered_json& value) {

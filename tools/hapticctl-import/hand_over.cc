@@ -78,6 +78,19 @@ std::string besides(const std::filesystem::path& path) {
   return (path.parent_path() / path.filename().string().substr(0, NAME_MAX - kUnique.size())).string().append(kUnique);
 }
 
+/** Whether it leads to a file by a descriptor that somebody has open, as /dev/stdout: he looks there, not at a name. */
+bool isByDescriptor(std::filesystem::path path) {
+  namespace fs = std::filesystem;
+  constexpr int kMostLinks = 40;
+  std::error_code none;
+  for (int i = 0; i < kMostLinks && fs::is_symlink(path, none); ++i) {
+    const fs::path folder = path.parent_path();
+    if (fs::canonical(folder.empty() ? "." : folder, none).string().starts_with("/proc/")) return true;
+    path = folder / fs::read_symlink(path, none);
+  }
+  return false;
+}
+
 /** 0, or what went wrong. */
 int writeAndClose(int fd, std::string_view bytes) {
   int code = 0;
@@ -154,7 +167,9 @@ void writeInPlace(const std::string& path, const std::string& bytes) {
 PreparedFile::PreparedFile(std::string path, std::string bytes) : path_(std::move(path)), bytes_(std::move(bytes)) {
   namespace fs = std::filesystem;
   std::error_code none;
-  if (fs::is_symlink(path_, none) && fs::is_regular_file(path_, none)) path_ = fs::canonical(path_).string();
+  if (fs::is_symlink(path_, none) && fs::is_regular_file(path_, none) && !isByDescriptor(path_)) {
+    if (const fs::path whole = fs::canonical(path_, none); !none) path_ = whole.string();
+  }
   const fs::file_status status = fs::symlink_status(path_, none);
   const bool there = fs::exists(status);
   if (there && !fs::is_regular_file(status)) return;

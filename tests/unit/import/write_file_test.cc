@@ -1,4 +1,5 @@
 // What is written: whole or not at all, and nothing else is left behind.
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -74,6 +75,24 @@ int endOf(const std::function<void()>& work) {
   int status = 0;
   ::waitpid(child, &status, 0);
   return status;
+}
+
+// As of /dev/stdout where a program has a nameless file for it, or a named one that it reads by its descriptor.
+TEST(WriteFile, goesToAnOpenDescriptorsFileNotToItsName) {
+  const Folder folder;
+  const std::string path = folder.put("named", "old, and longer");
+  for (const bool named : {true, false}) {
+    const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+    ASSERT_GE(fd, 0);
+    if (!named) {
+      ASSERT_EQ(::unlink(path.c_str()), 0);
+    }
+    writeFile("/dev/fd/" + std::to_string(fd), "new");
+    char read[16] = {};
+    EXPECT_EQ(::pread(fd, read, sizeof read, 0), 3) << (named ? "named" : "nameless");
+    EXPECT_STREQ(read, "new");
+    ::close(fd);
+  }
 }
 
 // The body of a cut was written, its fragment not: the old one lay beside it, and fitted nothing.

@@ -4,6 +4,7 @@
 #include <pthread.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <new>
@@ -100,7 +101,10 @@ void Recorder::run() noexcept {
 }
 
 /** Of all that the servo has run since: what found no room in the log, and what was left there. */
-std::uint64_t Recorder::lostAfter(std::uint64_t cycles) const { return log_->pushed() + log_->lost() - cycles; }
+std::uint64_t Recorder::lostAfter(std::uint64_t cycles) const {
+  const std::uint64_t all = log_->pushed() + log_->lost();
+  return all - std::min(all, cycles);  // A servo that died may have counted its last less than it gave it.
+}
 
 void Recorder::record() {
   RecordingWriter writer([this](std::span<const std::byte> bytes) { return send(bytes); });

@@ -20,7 +20,7 @@ inline void holdStandardStreams() noexcept {
 }
 
 /**
- * On standard error, be there room and a reader or not: of a full disk fmt::print() throws, which would end a program.
+ * On standard error, be there room or not: of a full disk fmt::print() throws, which would end a program.
  * What would steer a terminal, in UTF-8 too, is '?': it may come of a file.
  */
 inline void tellError(std::string_view text) noexcept {

@@ -19,7 +19,7 @@ typedef struct haptic_recording_end {
   uint32_t size;
   uint32_t reserved;
   uint64_t cycles;    /**< Servo cycles in it. */
-  uint64_t lost;      /**< Cycles after them that found no room, because the stream was read too slowly. */
+  uint64_t lost;      /**< Cycles after them: the stream was read too slowly, or not to its end. */
   const char* reason; /**< "stopped": by haptic_recording_stop(); else what ended it, in words. */
 } haptic_recording_end;
 

@@ -129,7 +129,7 @@ typedef enum haptic_mesh_flag {
 
 /**
  * Called on the thread that commits, `fraction` from 0 to 1; a few times a second with the same where nothing new is
- * told. Return 0 to go on, else to cancel (HAPTIC_CANCELLED).
+ * told, which at the beginning is 0 and "waiting". Return 0 to go on, else to cancel (HAPTIC_CANCELLED).
  */
 typedef int (*haptic_progress)(float fraction, const char* stage, void* user);
 

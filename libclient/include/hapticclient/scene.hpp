@@ -19,7 +19,8 @@
 
 namespace haptic {
 
-/** Told how far a build is; false cancels it. What it throws ends the call with HAPTIC_INTERNAL. */
+/** Told how far a build is, now and then the same again; false cancels it. What it throws ends the call with
+ * HAPTIC_INTERNAL. */
 using Progress = std::function<bool(float fraction, const char* stage)>;
 
 namespace detail {

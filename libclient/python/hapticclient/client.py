@@ -192,7 +192,7 @@ class Scene:
 
         `weld_m` joins vertices that are no farther apart. `voxel_m` asks for the solid as a volume too, with a surface
         point each `point_spacing_m` (0: a voxel); the mesh must be closed then, or have its holes filled.
-        `progress(fraction, stage)` may return False to cancel; an exception in it, or of a signal's handler meanwhile,
+        `progress(fraction, stage)`, which may hear the same again, may return False to cancel; an exception in it, or of a signal's handler meanwhile,
         cancels and is raised here.
         """
         points, corners = arrays.points(vertices, "vertices"), arrays.corners(triangles, "triangles")

@@ -19,6 +19,7 @@ namespace hapticd {
 class Json {
  public:
   Json() = default;
+  // NOLINTBEGIN(google-explicit-constructor): a value stands for itself.
   Json(std::nullptr_t) {}
   template <std::integral Number>
   Json(Number n) {
@@ -35,6 +36,7 @@ class Json {
   Json(const Text& text) : value_(std::string(std::string_view(text))) {}
   Json(const std::vector<std::string>& texts);
   Json(std::initializer_list<Json> list);
+  // NOLINTEND(google-explicit-constructor)
 
   [[nodiscard]] static Json array() { return Json(Array()); }
   [[nodiscard]] static Json object() { return Json(Object()); }
@@ -43,7 +45,7 @@ class Json {
   Json& operator[](std::string_view name);
   [[nodiscard]] bool contains(std::string_view name) const;
   /** To an array, or to null, which becomes one. */
-  void push_back(Json value);
+  void push_back(Json value);  // NOLINT(readability-identifier-naming): as std::vector's
 
   /** Names of an object in their order; what is not UTF-8 is replaced. */
   [[nodiscard]] std::string print() const;

@@ -151,9 +151,10 @@ kj::Promise<void> SceneServer::volumeFile(VolumeFileContext context) {
     auto object = core_.scene().find(name);
     if (!object) return object.error();
     const MeshInfo* mesh = core_.meshes().find(object->spec.shape.mesh);
-    if (object->spec.shape.kind != ShapeKind::kMesh || mesh == nullptr)
+    if (object->spec.shape.kind != ShapeKind::kMesh || mesh == nullptr) {
       return Error{ErrorCode::kNotFound, name, "it is no mesh: meshes alone have a volume to export",
                    "name an object that hapticctl load --voxel made; hapticctl volumes lists them"};
+    }
     const Client& by = core_.client(connection_);
     auto file = RegionServer::handOut(core_, by.uid, core_.uploads().volumeFile(*mesh, by));
     if (!file) return file.error();

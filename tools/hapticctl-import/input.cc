@@ -22,9 +22,10 @@ namespace {
 Image readRaw(const InputOptions& o) {
   RawLayout layout;
   const auto sample = sampleOf(o.raw);
-  if (!sample)
+  if (!sample) {
     throw ImportError("--raw", fmt::format("'{}' is no kind of number", o.raw),
                       "int8, uint8, int16, uint16, int32, uint32, float or double");
+  }
   layout.sample = *sample;
   layout.size = sizesIn(o.raw_size, "--raw-size", "for example 512,512,100");
   if (!o.raw_spacing.empty()) {

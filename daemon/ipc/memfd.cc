@@ -75,8 +75,8 @@ std::string remedyFor(int number) {
 }  // namespace
 
 std::string unlessRunOut(int number, std::string remedy) {
-  std::string of_want = remedyFor(number);
-  return of_want.empty() ? remedy : of_want;
+  if (std::string of_want = remedyFor(number); !of_want.empty()) return of_want;
+  return remedy;
 }
 
 Error systemError(std::string where, const char* call, int number, std::string remedy) {

@@ -33,9 +33,10 @@ Result<std::string> decode(std::string_view text, std::size_t begin, std::size_t
       c = static_cast<char>(hexDigit(text[i + 1]) * 16 + hexDigit(text[i + 2]));
       i += 2;
     }
-    if (c < 0x20 || c > 0x7e)
+    if (c < 0x20 || c > 0x7e) {
       return at(start, fmt::format("character 0x{:02x} is not printable ASCII", static_cast<unsigned char>(c)),
                 "names and values need no more than letters, digits and signs");
+    }
     out.push_back(c);
   }
   return out;

@@ -53,10 +53,11 @@ Result<UniqueFd> lockFile(const std::string& path, const std::string& socket) {
   bool locked = false;
   for (int attempt = 0; attempt < 10; ++attempt) {
     fd = UniqueFd(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-    if (!fd.valid())
+    if (!fd.valid()) {
       return systemError(
           path, "open", errno,
           unlessRunOut(errno, "this user must be able to write to the socket's folder; --socket names another"));
+    }
     locked = flock(fd.get(), LOCK_EX | LOCK_NB) == 0;
     const bool same = idOf(fd.get()) == idAt(path);
     if (same || !locked) break;

@@ -127,9 +127,10 @@ void SceneContacts::tryEdges(std::uint32_t k, const CollideRequest::Held& held, 
     double apart = gapAt(edge.point(t), Vec3::Zero(), reach), times = 1;
     if (apart < 0 && apart > -2 * kToSide) {  // Barely inside, the normal is unreliable: look from farther out.
       times = 1.25;
-      if (t > 0 && t < 1)
+      if (t > 0 && t < 1) {
         t = nearestBeside(t, edge.length(),
                           [&](double at) HD_RT { return gapAt(edge.point(at), edge.along, reach, times); });
+      }
       apart = gapAt(edge.point(t), Vec3::Zero(), reach, times);
     }
     const Vec3 x_B = edge.point(t);

@@ -119,7 +119,7 @@ Vec3 into(const HalfSpace& a, const HalfSpace& b, const Vec3& x) HD_RT {
   const HalfSpace& other = over_a > over_b ? b : a;
   const double over = std::max(over_a, over_b);
   if (!(over > 0)) return x;
-  const Vec3 alone = x - over * worse.normal;
+  Vec3 alone = x - over * worse.normal;
   const double c = a.normal.dot(b.normal), det = 1 - c * c;
   if (!(other.height(alone) > 0) || det < kParallel) return alone;
   return x - (over_a - c * over_b) / det * a.normal - (over_b - c * over_a) / det * b.normal;

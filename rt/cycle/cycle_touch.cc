@@ -101,10 +101,11 @@ double Cycle::lent(const Lending& last) const HD_RT {
     if (object == nullptr) continue;
     const std::uint8_t body = bodies_.find(objectSlot(given.object));
     if (body != given.body) continue;
-    if (body == FreeBodies::kNone)
+    if (body == FreeBodies::kNone) {
       lent -= given.impulse.dot(object->velocityAt(given.at));
-    else
+    } else {
       lent -= 0.5 * given.impulse.dot(given.velocity + bodies_.velocityBefore(body, given.at));
+    }
   }
   return lent;
 }

@@ -219,7 +219,7 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
   left_ = std::max(0.0, left_ - dt);
   last_ = felt.force;
   most_ = left_ > 0 ? std::max(most_, felt.most) : felt.most;
-  const Vec3 force = left_ > 0 ? clampNorm(last_ + left_ / kBlend * rest_, most_) : last_;
+  Vec3 force = left_ > 0 ? clampNorm(last_ + left_ / kBlend * rest_, most_) : last_;
   last_rest_ = force - last_;
   return force;
 }

@@ -125,9 +125,10 @@ void fillDeformable(const Mapping& mapping, const Mesh& mesh, const Bvh& bvh, co
 
 Result<Memfd> writeSnapshot(const Mesh& mesh, const Bvh& bvh, BuildMonitor& monitor) {
   const Numbering n = renumber(mesh, bvh);
-  if (n.used.size() < mesh.vertices.size())
+  if (n.used.size() < mesh.vertices.size()) {
     monitor.notes.push_back(
         fmt::format("dropped {} of no triangle", counted(mesh.vertices.size() - n.used.size(), "vertex", "vertices")));
+  }
   const auto widest = std::max_element(n.valence.begin(), n.valence.end());
   if (mesh.deformable && *widest > HD_MAX_DEFORM_VALENCE) {
     const std::uint32_t v = n.used[static_cast<std::size_t>(widest - n.valence.begin())];

@@ -78,9 +78,8 @@ bool Uploads::isLarge(int fd) noexcept {
 }
 
 Uploads::Upload Uploads::take(std::uint64_t id) {
-  Upload& there = uploads_.at(id);
-  Upload taken = std::move(there);
-  there.file = std::move(taken.file);
+  Upload taken = std::move(uploads_.at(id));
+  uploads_.at(id).file = std::move(taken.file);
   forget(id);
   return taken;
 }

@@ -86,20 +86,23 @@ int send(haptic_session* session, const T* command, haptic_push* push, std::uint
   if (const auto why = objection(*command, opened.device_count)) return refuse(session, HAPTIC_INVALID_ARGUMENT, why);
   if (push != nullptr && push->reserved != 0)
     return refuse(session, HAPTIC_INVALID_ARGUMENT, {"haptic_push.reserved", "is not 0", "start from zeros"});
-  if ((flags & ~std::uint32_t{HAPTIC_PUSH_LATEST}) != 0)
+  if ((flags & ~std::uint32_t{HAPTIC_PUSH_LATEST}) != 0) {
     return refuse(session, HAPTIC_INVALID_ARGUMENT,
                   {"flags", "has a bit that is no haptic_push_flag", "start from zeros"});
-  if (changesAPart(kind) && flags != 0)
+  }
+  if (changesAPart(kind) && flags != 0) {
     return refuse(session, HAPTIC_INVALID_ARGUMENT,
                   {"flags", "asks for the latest only, but this push changes a part: those before it would be lost",
                    "push it without latest (HAPTIC_PUSH_LATEST)"});
+  }
 
   MailboxWriter* mailbox = opened.mailboxes.find(target(kind, id));
   const bool latest = mailbox != nullptr || (flags & HAPTIC_PUSH_LATEST) != 0;
-  if (latest && at_tick != 0)
+  if (latest && at_tick != 0) {
     return refuse(session, HAPTIC_INVALID_ARGUMENT,
                   {"at_tick", "is set, but this target has a mailbox, which takes effect at once",
                    "leave out at_tick, or latest (HAPTIC_PUSH_LATEST) at every push of this target"});
+  }
   if (latest && mailbox == nullptr) {
     mailbox = opened.mailboxes.take(target(kind, id), opened.b());
     if (mailbox == nullptr) return refuse(session, HAPTIC_QUOTA_EXCEEDED);

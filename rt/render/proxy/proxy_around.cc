@@ -41,9 +41,10 @@ bool touches(const SceneObject& object, const Vec3& x, double radius, Vicinity* 
  */
 bool isInside(const SceneObject& object, const NearestQuery& query, const Nearest& near, std::uint32_t& work) HD_RT {
   Nearest nearest = near;
-  if (near.kind != FeatureKind::kFace)
+  if (near.kind != FeatureKind::kFace) {
     (void)nearestWithin(object, query.x, kClearlyNearer * std::sqrt(near.squared_distance), query.vicinity, work,
                         nearest);
+  }
   return nearest.isInside(query.x);
 }
 

@@ -87,6 +87,7 @@ int run(const RunOptions& options, const Common& common) {
   std::optional<WholeFile> samples;
   if (!options.samples.empty()) samples.emplace(options.samples);
   std::vector<Contender> all;
+  all.reserve(options.algorithms.size());
   std::deque<Trial> trials;
   for (const std::string& algorithm : options.algorithms)
     trials.emplace_back(algorithm, model, trajectory, options.surface);

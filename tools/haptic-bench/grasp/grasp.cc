@@ -67,9 +67,10 @@ bool cubes(const Common& common, const GraspOptions& o) {
       continue;
     }
     int number = 0;
-    for (const Hold& one : cube.holds)
+    for (const Hold& one : cube.holds) {
       fmt::print("{:g},{:g},{:g},{},{:.6g},{:.6g},{:.6g}\n", cube.mass, cube.friction, cube.stiffness, ++number,
                  cube.slips, one.fell / cube.slips, one.held);
+    }
   }
   const Correlations ours = correlate(all);
   const char* const mark = common.csv ? "# " : "";
@@ -88,9 +89,10 @@ class Samples {
     if (!path.empty()) file_.emplace(path);
   }
   void add(const Release& r, const Moment& m) {
-    if (file_ && ticks_++ % 10 == 0)
+    if (file_ && ticks_++ % 10 == 0) {
       text_ += fmt::format("{},{:g},{:g},{:.3f},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", conditionOf(r.coupled), r.arm,
                            r.lever, m.t, m.y, m.z, m.turned, m.slid, m.grip);
+    }
   }
   void keep() {
     if (!file_) return;
@@ -148,9 +150,10 @@ bool align(const Common& common, const GraspOptions& o) {
                  one.attempts.size());
       continue;
     }
-    for (const Attempt& a : one.attempts)
+    for (const Attempt& a : one.attempts) {
       fmt::print("{},{:g},{:.4g},{:g},{},{:.6g},{:.6g},{:.6g},{}\n", conditionOf(one.coupled), one.lever,
                  kDegrees * one.wanted, a.mass, a.person, kDegrees * a.off, kDegrees * std::abs(a.off), a.slid, a.lost);
+    }
   }
   return printGoals(common, judge(all));
 }

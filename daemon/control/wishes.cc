@@ -1,6 +1,7 @@
 // What waits a little rather than be refused: for room that one who ends still takes, and for a force to be lowered.
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "daemon/control/core.h"
 
@@ -45,8 +46,8 @@ void Core::fulfil(RecordWish wish) {
   if (!clients_.has(wish.connection)) return wish.done(left());
   const auto device = devices_.find(wish.uri);
   const std::int64_t now_ns = clock_.now();
-  const bool has_place = device && record_wishes_.size() < kWishes,
-             may_wait = has_place && now_ns - wish.free_ns < kRoomNs;
+  const bool has_place = device && record_wishes_.size() < kWishes;
+  const bool may_wait = has_place && now_ns - wish.free_ns < kRoomNs;
   if (may_wait && !recordings_.ready(**device, client(wish.connection)))
     return record_wishes_.push_back(std::move(wish));
   auto started = record(wish.uri, wish.connection);

@@ -353,7 +353,8 @@ class Client(Handle):
             return device_info(reply)
 
     def close_device(self, uri: str) -> None:
-        """Administration; but a simulated device that only this client has asked for, and that is not configured, may go."""
+        """Administration; but a simulated device that only this client has asked for, never an administrator, and that is
+        not configured may go. Waits until its force is lowered."""
         call(_lib.haptic_device_close, self._handle, arrays.device(uri))
 
     def stop(self, uri: str = "") -> None:

@@ -193,18 +193,33 @@ std::vector<int> captureEndings() {
   return endings;
 }
 
+Error fromLoop(const std::string& where, const kj::Exception& thrown) {
+  const bool run_out = thrown.getType() == kj::Exception::Type::OVERLOADED;
+  return {run_out ? ErrorCode::kSystem : ErrorCode::kInternal, where, thrown.getDescription().cStr(),
+          run_out ? "end programs, or raise LimitNOFILE= or ulimit -n, or MemoryMax=" : ""};
+}
+
+/** Where it fails nobody is to connect and wait: whoever calls closes the socket, or ends. */
+Result<void> serve(const ListenSocket& socket, ControlServer& server, bool administration) {
+  if (!socket.valid()) return {};
+  auto fd = socket.share();
+  if (!fd) {
+    Error error = fd.error();
+    error.where = socket.path();
+    return error;
+  }
+  Result<void> served;
+  KJ_IF_MAYBE (thrown, kj::runCatchingExceptions([&] { server.serve(std::move(*fd), administration); })) {
+    served = fromLoop(socket.path(), *thrown);
+  }
+  return served;
+}
+
 /** In place of one that somebody has removed. Where it fails it stays lost. */
 Result<void> makeAnew(ListenSocket& socket, ControlServer& server, bool administration) {
   if (auto r = socket.renew(); !r) return r;
-  auto fd = socket.share();
-  Result<void> served;
-  if (!fd) {
-    served = fd.error();
-  } else if (auto thrown = kj::runCatchingExceptions([&] { server.serve(std::move(*fd), administration); });
-             thrown != nullptr) {
-    served = Error{ErrorCode::kInternal, socket.path(), "it cannot be served", {}};
-  }
-  if (!served) socket.close();  // Else clients would connect and wait.
+  auto served = serve(socket, server, administration);
+  if (!served) socket.close();
   return served;
 }
 
@@ -235,8 +250,9 @@ void keepListed(Core& core, log::RateLimit& failures, std::int64_t now_ns) {
   }
 }
 
-/** Serves until a signal ends it, then brings every force to zero. */
-void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Sockets& sockets, const Panel* panel) {
+/** Serves until a signal ends it, then brings every force to zero. Not at all where it cannot serve. */
+Result<void> run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Sockets& sockets,
+                 const Panel* panel) {
   Supervisor supervisor(core, true);
   SleepWatch sleep(core);
   ControlServer server(core, *io.lowLevelProvider, io.provider->getTimer());
@@ -255,10 +271,8 @@ void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Socke
     if (panel != nullptr && panel->lost() && !std::exchange(told, true))
       log::error("a GPIO line is lost: the emergency stop counts as open until hapticd is started again");
   });
-  if (auto fd = sockets.control.share()) server.serve(std::move(*fd), false);
-  if (sockets.admin.valid()) {
-    if (auto fd = sockets.admin.share()) server.serve(std::move(*fd), true);
-  }
+  if (auto r = serve(sockets.control, server, false); !r) return r;
+  if (auto r = serve(sockets.admin, server, true); !r) return r;
   const siginfo_t info = ended.wait(io.waitScope);
   log::info("SIG{}: stopping", sigabbrev_np(info.si_signo));
   supervisor.stopping();
@@ -266,6 +280,7 @@ void run(kj::AsyncIoContext& io, kj::Promise<siginfo_t> ended, Core& core, Socke
   server.closeAll();  // sessions end, leases with them
   const std::int64_t since = core.now();
   while (!core.quiet(since)) io.provider->getTimer().afterDelay(2 * kj::MILLISECONDS).wait(io.waitScope);
+  return {};
 }
 
 /** `code`; but threads that are inside a driver end only with the process: then it ends here. */
@@ -339,7 +354,8 @@ int start(const Options& options) {
   if (auto r = core.openConfigured([&] { return !ended.poll(io.waitScope); }); !r)
     return closeAll(core, failStart(r.error(), kExitDevice));
   if (auto r = lockPages(core); !r) return closeAll(core, failStart(r.error(), kExitNoRealtime));
-  run(io, kj::mv(ended), core, *sockets, panel->get());
+  if (auto r = run(io, kj::mv(ended), core, *sockets, panel->get()); !r)
+    return closeAll(core, fail(r.error(), kExitSocket));
   closeAll(core, kExitFailure);
   log::info("stopped");
   return kExitOk;
@@ -360,7 +376,7 @@ int main(int argc, char** argv) {
   try {
     return start(*options);
   } catch (const kj::Exception& e) {
-    log::error("{}", log::printable(e.getDescription().cStr()));
+    return fail(fromLoop("the control loop", e), kExitFailure);
   } catch (const std::exception& e) {
     log::error("{}", log::printable(e.what()));
   }

@@ -120,7 +120,7 @@ class Log(Case):
                                  JOURNAL_STREAM=f"{named.st_dev}:{named.st_ino}")
 
 
-class Descriptors(Case):
+class FewDescriptors(Case):
     def test_a_client_that_may_have_no_more_is_told_so(self):
         """However many it lacks: on its way to the daemon, and for what the daemon sends it."""
         for words in (["status"], ["monitor", "--csv", "--duration", "0.1"]):
@@ -132,6 +132,32 @@ class Descriptors(Case):
                 self.assertIn("close some descriptors", done.stderr, f"{words[0]} with {most}")
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertGreater(most, 5)
+
+
+    def test_a_daemon_that_may_have_no_more_serves_or_ends_and_says_why(self):
+        """However many it lacks: nobody connects to it and waits for an answer that will not come."""
+        folder = pathlib.Path(self.socket).parent / "few"
+        for most in range(4, 60):
+            limit = lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+            daemon = subprocess.Popen([HAPTICD, "--allow-no-rt", "--socket", folder / "control.sock", "--device", "sim://default"],
+                                      preexec_fn=limit, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+            self.addCleanup(daemon.stdout.close)
+            self.addCleanup(daemon.kill)
+            said = ""
+            while "ready: " not in said and (line := daemon.stdout.readline()):
+                said += line
+            if "ready: " in said:
+                asked = subprocess.run([HAPTICCTL, "--socket", folder / "control.sock", "--timeout", "60", "status"], capture_output=True, text=True, check=False)
+                self.assertNotIn("no answer", asked.stderr, f"{most}: {said}")
+                daemon.terminate()
+                self.assertEqual(daemon.wait(60), 0, said)
+                if asked.returncode == 0:
+                    break
+            elif daemon.wait(60) != 127:  # The loader's own want.
+                self.assertIn(daemon.returncode, (5, 6), said)
+                self.assertRegex(said, r"error .*: Too many open files \(end [^)]*LimitNOFILE", f"{most}")
+        self.assertEqual(asked.returncode, 0, said)
+        self.assertGreater(most, 12)
 
 
 class Threads(Case):

@@ -30,8 +30,8 @@ def check_an_upgrade_starts_nothing():
 def check_removal_stops_the_service():
     names = [path.name.split("_")[0] for path in (HERE / "packages").glob("*.deb")]
     text("dpkg", "-r", *names, timeout=120)
-    for unit in ("hapticd.service", "hapticd.socket", "hapticd-admin.socket", "hapticd-vendor.socket"):
-        ensure(ran("systemctl", "is-active", unit)[1].strip() != "active", unit, "still runs")
+    for each in ("hapticd.service", "hapticd.socket", "hapticd-admin.socket", "hapticd-vendor.socket"):
+        ensure(ran("systemctl", "is-active", each)[1].strip() != "active", each, "still runs")
     ensure(ran("pgrep", "-u", "hapticd")[1] == "", "processes of hapticd are left")
     links = [str(path) for path in pathlib.Path("/etc/systemd/system").glob("*.wants/hapticd*")]
     ensure(not links, "links to units that are gone:", links)

@@ -89,9 +89,9 @@ def cost(_, rows):
 
     ways = list(dict.fromkeys((stroke, quantity[:-5]) for stroke, quantity in curves if re.fullmatch("tick .* mean", quantity)
                               and "," not in quantity))
-    for (stroke, way), colour in zip(ways, itertools.cycle(("#00798c", "#d1495b", "#edae49"))):
+    for (stroke, way), hue in zip(ways, itertools.cycle(("#00798c", "#d1495b", "#edae49"))):
         for column, line in (("mean", "o-"), ("p99", "^:")):
-            draw(stroke, f"{way} {column}", f"{way}, {column}", line, color=colour, ms=4)
+            draw(stroke, f"{way} {column}", f"{way}, {column}", line, color=hue, ms=4)
     for stroke in dict.fromkeys(stroke for stroke, _ in curves):
         draw(stroke, "pointer chase", "one step of a pointer chase", "--", color=FAINT)
     axis.set(xscale="log", yscale="log", xlabel="triangles", ylabel="time [µs]")

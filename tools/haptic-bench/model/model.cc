@@ -62,9 +62,10 @@ Model readScaled(Spec& spec) {
   const double scale = scaleOf(spec);
   Model model = readMeshFile(spec.name(), scale == 0 ? 1 : scale);
   const double side = boxOf(model).sizes().maxCoeff();
-  if (scale == 0 && side > 1)
+  if (scale == 0 && side > 1) {
     throw Failure(spec.name(), fmt::format("it is {:.4g} m long, if its numbers are metres", side),
                   "add their unit: " + spec.name() + ":scale=mm, or scale=m if they are");
+  }
   return model;
 }
 

@@ -56,10 +56,11 @@ bool isOurs(const openvdb::MetaMap& file, const openvdb::GridBase& grid) {
 void requireAsWritten(const openvdb::MetaMap& file, const FloatGrid& grid, const std::string& name,
                       const openvdb::CoordBBox& box) {
   const auto sum = grid.getMetadata<openvdb::StringMetadata>(hapticd::kVdbChecksum);
-  if (!sum || sum->value() != hapticd::checksumOf(grid, file))
+  if (!sum || sum->value() != hapticd::checksumOf(grid, file)) {
     throw ImportError({}, "is damaged, of another version, or was changed: the checksum of hapticd does not match",
                       "write it again; if a program changed it as it should, take the metadata hapticd_... out of its "
                       "file and grids there");
+  }
   const auto voxels = grid.getMetadata<openvdb::Int64Metadata>(openvdb::GridBase::META_FILE_VOXEL_COUNT);
   const auto low = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MIN);
   const auto high = grid.getMetadata<openvdb::Vec3IMetadata>(openvdb::GridBase::META_FILE_BBOX_MAX);

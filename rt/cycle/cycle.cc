@@ -122,10 +122,8 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       devices_[device].clutch.set(command.as<SetClutch>());
       return ErrorCode::kOk;
     case CommandKind::kAttachTool:
-      return devices_[device].tool.attach(command.as<AttachTool>(), scene_);
     case CommandKind::kDetachTool:
-      devices_[device].tool.detach();
-      return ErrorCode::kOk;
+      return applyToHand(devices_[device].tool, command);
     case CommandKind::kToolContacts:
       return devices_[device].tool.take(command.as<ToolContacts>());
     case CommandKind::kSetGrip: {
@@ -141,6 +139,24 @@ ErrorCode Cycle::applyDeviceOrder(const Command& command) HD_RT {
       return guard.setLimits(wanted.only_lowers != 0 ? lower(limits, guard.limits()) : limits);
     }
   }
+}
+
+ErrorCode Cycle::applyToHand(HeldTool& tool, const Command& command) HD_RT {
+  const std::uint32_t former = tool.order().object;
+  if (command.kind == CommandKind::kDetachTool) {
+    tool.detach();
+  } else if (const ErrorCode code = tool.attach(command.as<AttachTool>(), scene_); code != ErrorCode::kOk) {
+    return code;
+  }
+  if (former != tool.order().object && !bodies_.isBody(former)) stand(former);  // A body flies on.
+  return ErrorCode::kOk;
+}
+
+/** What no hand moves on stays where it is; with the hand's last velocity it would go on for ever. */
+void Cycle::stand(std::uint32_t object) HD_RT {
+  const SceneObject* const it = scene_.find(object);
+  if (it == nullptr || (it->V_PO.v.isZero(0) && it->V_PO.w.isZero(0))) return;
+  (void)scene_.apply(makeCommand(CommandKind::kObjectPose, poseMessage(object, it->X_PO), 0));  // As HeldTool moves it.
 }
 
 /** The hand is elsewhere at once: only where no force can jump with it. What touched begins anew. */
@@ -302,6 +318,7 @@ void Cycle::moveTools(const CycleInput& input, CycleOutput& output) HD_RT {
       device.started = false;
       device.velocity.reset();
       device.tool.forget();
+      stand(device.tool.order().object);
       velocity = device.velocity_D = Twist{};
       continue;
     }

@@ -175,6 +175,8 @@ class Cycle {
   ErrorCode applyToSession(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applyDeviceOrder(const Command& command) HD_RT;
+  ErrorCode applyToHand(HeldTool& tool, const Command& command) HD_RT;
+  void stand(std::uint32_t object) HD_RT;
   ErrorCode applyMount(const SetMount& order) HD_RT;
   void scaleToWorld(DeviceState& device) HD_RT;
   void refuse(const Command& command, ErrorCode code, const CycleInput& input, CycleOutput& output) HD_RT;

@@ -8,6 +8,7 @@
  */
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -52,6 +53,10 @@ class FreeBodies {
   /** The free body of which the object in that slot of the scene is the whole or a part; kNone. */
   [[nodiscard]] std::uint8_t find(std::uint32_t slot) const HD_RT {
     return slot < kMaxObjects ? of_slot_[slot] : kNone;
+  }
+  /** Also while it is in a hand. */
+  [[nodiscard]] bool isBody(std::uint32_t object) const HD_RT {
+    return object != 0 && std::any_of(entry_.begin(), entry_.end(), [=](const Entry& e) { return e.object == object; });
   }
   [[nodiscard]] const FreeBody& body(std::uint8_t k) const HD_RT { return entry_[k].body; }
   /** Where the object in that slot, found to be of body k, stands now that the body may have gone on. */

@@ -180,6 +180,33 @@ TEST(HeldTool, GoesWithItsObjectAndRefusesWhatIsNoTool) {
   EXPECT_FALSE(tool.held());
 }
 
+/** Of what has no mass: it does not go on with the speed of the hand. */
+TEST(HeldTool, WhatIsLetGoOfStaysThere) {
+  enum class LetGo { kPutAway, kForAnother };
+  for (const LetGo how : {LetGo::kPutAway, LetGo::kForAnother}) {
+    House house;
+    house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kSphere, {0.01, 0, 0}, {0.5, 0.5, 0}));
+    house.hold();
+    for (int i = 0; i < 200; ++i) {
+      house.aim({3e-4 * i, 0, 0.04}, Vec3(0, 0, 1e-3 * i));
+      house.run(1);
+    }
+    const auto seen = [&]() -> const SceneObject& { return *house.servo->cycle().scene().find(kTool); };
+    ASSERT_GT(seen().V_WO.v.x(), 0.1);
+    const std::uint32_t edits = seen().client_edits[SceneObject::kPlace];
+    const Pose let_go = seen().X_WO;
+    AttachTool other = house.tool();
+    other.object = kWall;
+    how == LetGo::kPutAway ? house.send(CommandKind::kDetachTool, DeviceRef{0})
+                           : house.send(CommandKind::kAttachTool, other);
+    house.run(500);
+    EXPECT_LT((seen().X_WO.p - let_go.p).norm(), 1e-3) << static_cast<int>(how);
+    EXPECT_LT(seen().X_WO.q.angularDistance(let_go.q), 0.01);
+    EXPECT_TRUE(seen().V_WO.v.isZero(0));
+    EXPECT_GT(seen().client_edits[SceneObject::kPlace], edits) << "so that control and other groups learn it";
+  }
+}
+
 /** Each touch that is told has its end told before the next one, whatever ends it. */
 TEST(HeldTool, TakingItUpAndLettingGoEndsWhatTouched) {
   House house;

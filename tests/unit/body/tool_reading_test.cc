@@ -53,5 +53,16 @@ TEST_F(ToolReading, AfterOneThatIsNotToBeUsedTheToolIsWhereTheHandIs) {
   }
 }
 
+/** Else it would go on with the speed that it had, for as long as nothing is read. */
+TEST_F(ToolReading, WithoutOneThatIsToBeUsedTheToolStands) {
+  const Vec3 bad = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+  for (int i = 0; i < 100; ++i) read({2e-4 * i, 0, 0.04});
+  const SceneObject& object = *cycle_->scene().find(test::kTool);
+  ASSERT_GT(object.V_WO.v.x(), 0.1);
+  const Vec3 last = object.X_WO.p;
+  for (int i = 0; i < 100; ++i) read(bad);
+  EXPECT_LT((object.X_WO.p - last).norm(), 1e-3);
+}
+
 }  // namespace
 }  // namespace hapticd

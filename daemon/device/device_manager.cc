@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <new>
 
 #include "daemon/device/buttons.h"
@@ -429,9 +430,14 @@ Result<std::vector<std::string>> DeviceManager::close(OpenDevice& device) {
   }
   if (auto r = endServo(*link); !r) return r.error();
   log::info("device group {} closes", link->name());
+  std::array<std::uint32_t, kMaxDevices> held{};
+  for (const auto& of : devices_) {
+    if (of->link == link) held[of->index] = of->tool.id;
+  }
   devices_.erase(std::remove_if(devices_.begin(), devices_.end(), [&](const auto& d) { return d->link == link; }),
                  devices_.end());
   auto left = letGo(*link);
+  inMemory([&] { std::for_each(held.begin(), held.end(), [&](std::uint32_t tool) { scene_.stand(tool); }); });
   links_.erase(std::remove_if(links_.begin(), links_.end(), [&](const auto& l) { return l.get() == link; }),
                links_.end());
   return left;
@@ -476,6 +482,7 @@ void DeviceManager::closeUnused(std::vector<std::unique_ptr<Device>>& devices) {
 
 /** After the end of its servo: first that, then what it read. Devices that are not closed yet. */
 std::vector<std::string> DeviceManager::letGo(GroupLink& link) {
+  inMemory([&] { scene_.refresh(); });
   scene_.detach(link);
   std::vector<std::string> left;
   inMemory([&] { left = closer_.close(link.stop(), kEnd_ns); });

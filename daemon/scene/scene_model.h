@@ -96,6 +96,10 @@ class SceneModel {
   /** Replays the whole scene to a servo that has just started. */
   void attach(CommandSink& sink);
   void detach(CommandSink& sink);
+  /** Takes over all that servos tell now: before one goes, for nobody else may know where it had things. */
+  void refresh();
+  /** The object with that id, which a hand moved that is gone, stays where it is; a body flies on. */
+  void stand(std::uint32_t id);
   /** That servo's cycle was made anew, with orders(): it counts what its clients change from the start. */
   void madeAnew(const CommandSink& sink);
   /** The orders that make the whole scene, as it is now, in an empty servo. */

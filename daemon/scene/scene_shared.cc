@@ -39,6 +39,10 @@ void SceneModel::follow(Object& object) {
   }
 }
 
+void SceneModel::refresh() {
+  for (const auto& [name, slot] : by_name_) refresh(slots_[slot]);
+}
+
 void SceneModel::refresh(Object& object) {
   follow(object);
   for (const Part part : kAllParts) {
@@ -92,6 +96,14 @@ void SceneModel::takeOver(const PosedObject& now, std::size_t sink, Part part, O
                          .visible = (now.flags & HD_OBJECT_VISIBLE) != 0,
                          .two_sided = (now.flags & HD_OBJECT_TWO_SIDED) != 0};
   }
+}
+
+void SceneModel::stand(std::uint32_t id) {
+  Object& object = slots_[objectSlot(id)];
+  if (id == 0 || object.id != id || object.spec.body.mass > 0) return;
+  if (object.V_PO.v.isZero(0) && object.V_PO.w.isZero(0)) return;
+  object.V_PO = {};
+  postPart(object, SceneObject::kPlace);
 }
 
 void SceneModel::moveOn(Object& object) {

@@ -176,5 +176,62 @@ TEST(TwoGroups, ABodyThatTwoHandsSqueezeStaysBetweenThem) {
   EXPECT_LT(apart, 2e-3) << "both see it where it is";
 }
 
+/** What only its servo knew: where a client had put something, and where a body had come to lie. */
+TEST(AGroupThatCloses, LeavesThingsWhereItHadThem) {
+  Bench bench;
+  ASSERT_NE(bench.live(), nullptr);
+  const auto make = [&](const char* name, const Vec3& at) {
+    ObjectSpec spec;
+    spec.name = name;
+    spec.shape = {ShapeKind::kSphere, {0.01, 0, 0}, 0};
+    spec.material = kDefaultMaterial;
+    spec.X_PO.p = at;
+    return bench.core.scene().create(spec, bench.core.client(bench.administration)).value();
+  };
+  const std::uint32_t put = make("put", {0.1, 0, 0});
+  make("falls", {0, 0, 0.3});
+  ASSERT_TRUE(bench.core.scene().setBody("falls", {.mass = 0.2}).ok());
+  ASSERT_TRUE(bench.core.scene().setGravity({0, 0, -9.81}).ok());
+  bench.step(20);
+  const hd_object_pose pose = poseMessage(put, {{0.1, 0.2, 0.125}, Quat::Identity()});
+  std::uint64_t seq = 0;
+  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
+            ErrorCode::kOk);
+  bench.step(150);
+  bench.core.disconnect(bench.connection);
+  bench.step(100);
+  ASSERT_TRUE(bench.core.closeDevice("test://first", bench.administration).ok());
+  ASSERT_TRUE(bench.core.devices().links().empty());
+  EXPECT_EQ(bench.core.scene().find("put")->spec.X_PO.p, Vec3(0.1, 0.2, 0.125));
+  EXPECT_LT(bench.core.scene().find("falls")->spec.X_PO.p.z(), 0.1);
+}
+
+TEST(AGroupThatCloses, LeavesItsToolWhereTheHandHadIt) {
+  Bench bench;
+  const Client& by = bench.core.client(bench.administration);
+  ObjectSpec spec;
+  spec.name = "tool";
+  spec.shape = {ShapeKind::kBox, {0.01, 0.01, 0.01}, 0};
+  spec.material = kDefaultMaterial;
+  ASSERT_TRUE(bench.core.scene().create(spec, by).ok());
+  ASSERT_TRUE(bench.core.openDevice("test://second").ok());
+  ASSERT_TRUE(bench.core.attachTool(bench.device(0), {.object = "tool"}, by).ok());
+  for (int i = 0; i < 200; ++i) {
+    bench.scripted[0]->sample.p.x() = 2e-4 * i;
+    bench.step();
+  }
+  const auto seen = [&]() -> const SceneObject& {
+    return *bench.core.devices().links().back()->group().servo().cycle().scene().find(
+        bench.core.scene().find("tool")->id);
+  };
+  ASSERT_GT(seen().V_WO.v.x(), 0.1) << "by the other group";
+  ASSERT_TRUE(bench.core.closeDevice("test://first", bench.administration).ok());
+  bench.step(20);
+  const Vec3 let_go = seen().X_WO.p;
+  bench.step(500);
+  EXPECT_EQ(seen().X_WO.p, let_go);
+  EXPECT_TRUE(bench.core.scene().find("tool")->V_PO.v.isZero(0));
+}
+
 }  // namespace
 }  // namespace hapticd::test

@@ -154,6 +154,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
     if (entry.object == 0) continue;
     const SceneObject* object = scene.find(entry.object);
     if (object == nullptr || !canMove(*object)) {
+      if (object != nullptr) place(scene, entry, Twist{});
       entry.object = 0;
       continue;
     }

@@ -249,5 +249,21 @@ TEST(FreeBodies, OneThatGetsAnotherCentreOfMassMovesOnAsItDid) {
   EXPECT_LT((velocity() - before).norm(), 5e-3) << "5 rad/s about a point 1 cm off are 5 cm/s";
 }
 
+/** Before the order comes that it is none: else it would go on for ever, as what a client has given a velocity. */
+TEST(FreeBodies, OneThatGetsAShapeThatCannotMoveStands) {
+  House house;
+  addBall(house, kRolled, {0.1, 0, 0.3}, 0.2);
+  house.send(CommandKind::kObjectPose, hd_object_pose{kRolled, 0, {0.1, 0, 0.3}, {1}, {0.1F, 0, 0}, {}});
+  house.run(2);
+  house.send(CommandKind::kSetShape, SetShape{kRolled, 0, {static_cast<std::uint32_t>(ShapeKind::kPlane), 0, {}}});
+  house.run(1);
+  house.send(CommandKind::kSetBody, SetBody{.object = kRolled});
+  house.run(2);
+  const Vec3 before = seen(house, kRolled).X_WO.p;
+  house.run(100);
+  EXPECT_EQ(seen(house, kRolled).X_WO.p, before);
+  EXPECT_TRUE(seen(house, kRolled).V_WO.v.isZero(0));
+}
+
 }  // namespace
 }  // namespace hapticd

@@ -147,6 +147,8 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control, std::uint64_
 void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT {
   joint_.begin(dt, gravity_);
   of_slot_ = none();
+  hands_ = std::min(held.size(), in_hands_.size());
+  std::copy_n(held.begin(), hands_, in_hands_.begin());
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     Entry& entry = entry_[k];
     entry.mover = kNone;

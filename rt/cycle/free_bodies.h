@@ -58,6 +58,10 @@ class FreeBodies {
   [[nodiscard]] bool isBody(std::uint32_t object) const HD_RT {
     return object != 0 && std::any_of(entry_.begin(), entry_.end(), [=](const Entry& e) { return e.object == object; });
   }
+  /** Whether it is one of those that begin() was told. */
+  [[nodiscard]] bool isInHand(std::uint32_t object) const HD_RT {
+    return std::find(in_hands_.begin(), in_hands_.begin() + hands_, object) != in_hands_.begin() + hands_;
+  }
   [[nodiscard]] const FreeBody& body(std::uint8_t k) const HD_RT { return entry_[k].body; }
   /** Where the object in that slot, found to be of body k, stands now that the body may have gone on. */
   [[nodiscard]] Pose poseOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
@@ -192,6 +196,8 @@ class FreeBodies {
 
   std::array<Entry, kMaxBodies> entry_;
   std::array<std::uint8_t, kMaxObjects> of_slot_ = none();
+  std::array<std::uint32_t, kMaxDevices> in_hands_{};
+  std::size_t hands_ = 0;
   Vec3 gravity_ = Vec3::Zero();
   std::uint8_t next_look_ = 0;  ///< Whose turn it is.
   std::uint32_t looks_ = 0;

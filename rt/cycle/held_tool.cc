@@ -73,6 +73,8 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     const SceneObject& object = scene.slot(slot);
     if (!isFelt(object)) continue;
     const std::uint8_t body = bodies.find(slot);
+    // What moves passes what is not felt, and that passes it.
+    if (!isFelt(self) && (body != FreeBodies::kNone || bodies.isInHand(object.id))) continue;
     // Skip contacts with what has been replaced or has jumped: by its whole leap deep, they would hit the hand.
     if (asked_ < bodies.arrivedIn(scene, slot)) continue;
     body_of_[touches_] = body;

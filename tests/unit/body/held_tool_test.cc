@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "tests/support/stepped/stepped_cycle.h"
 #include "tests/support/stepped/tool_house.h"
 
 namespace hapticd {
@@ -392,6 +393,62 @@ TEST(HeldTool, TheQuestionTellsHowToolBodiesAndObstaclesMove) {
     ++seen;
   }
   EXPECT_EQ(seen, 2);
+}
+
+/** It stands on the floor, as a body does that is not felt. */
+TEST(HeldTool, OneThatIsNotFeltPassesABodyThatMoves) {
+  for (const bool disabled : {false, true}) {
+    House house;
+    house.hold();
+    if (disabled) {
+      house.send(CommandKind::kObjectFlags, hd_object_flags{kTool, HD_OBJECT_ENABLED, 0, 0});
+    } else {
+      house.send(CommandKind::kObjectMaterial, hd_object_material{kTool, 0, {}});
+    }
+    house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kSphere, {0.02, 0, 0}, {-0.06, 0, 0.04}));
+    SetBody ball{};
+    ball.object = kWall;
+    ball.mass = 0.3;
+    for (double& i : ball.inertia) i = 0;
+    for (int i = 0; i < 3; ++i) ball.inertia[i] = 5e-5;
+    house.send(CommandKind::kSetBody, ball);
+    for (int i = 0; i < 700; ++i) {
+      house.aim({-0.1e-3 * i, 0, 0.04});
+      house.run(1);
+      ASSERT_EQ(house.servo->cycle().tool(0).last().touching, 0u) << i;
+    }
+    EXPECT_EQ(house.servo->cycle().scene().find(kWall)->X_WO.p, Vec3(-0.06, 0, 0.04));
+    house.aim({-0.07, 0, -0.01});
+    house.run(1000);
+    EXPECT_EQ(house.out().contact.object, kFloor);
+  }
+}
+
+/** Two in the hands of two, one 1 mm in the other. */
+TEST(HeldTool, OneThatIsNotFeltPassesAnother) {
+  constexpr std::uint32_t kLower = makeObjectId(4, 1);
+  for (const bool felt : {true, false}) {
+    CycleConfig config;
+    config.device_count = 2;
+    test::SteppedCycle hands(config);
+    for (const std::uint32_t id : {kTool, kLower}) {
+      hands.add(object(id, ShapeKind::kBox, {0.01, 0.02, 0.005}, {0, 0, 0}));
+      AttachTool tool = test::attachBox(id, {0.02, 0.04, 0.01}, DeviceInfo{});
+      tool.device = id == kTool ? 0 : 1;
+      hands.put(CommandKind::kAttachTool, tool);
+    }
+    if (!felt) hands.put(CommandKind::kObjectMaterial, hd_object_material{kTool, 0, {}});
+    hands.input->device[1].p.z() = -0.009;
+    hands.input->device[1].fresh = true;
+    for (int i = 0; i < 5; ++i) hands.at(Vec3::Zero());
+    ToolContacts found{};
+    found.object = kTool;
+    found.count = 1;
+    found.point[0] = {{0, 0, -0.005F}, {0, 0, 1}, 0.005F, objectSlot(kLower) << 24 | 1};
+    hands.answer(found);
+    hands.at(Vec3::Zero());
+    EXPECT_EQ(hands.cycle->tool(0).last().touching > 0, felt);
+  }
 }
 
 }  // namespace

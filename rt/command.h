@@ -22,6 +22,8 @@ inline constexpr std::uint32_t kMaxBodies = 8;            ///< Objects that move
 inline constexpr std::uint32_t kMaxEffects = 16;          ///< Objects with an effect.
 inline constexpr std::uint32_t kMaxPathPoints = 32;       ///< Of one effect's path.
 inline constexpr std::uint32_t kControlSession = 0xffff;  ///< Command::session of the control thread.
+/** Of what the cycle moves itself: control and the other groups are told of it as of a client's. */
+inline constexpr std::uint32_t kCycleSession = 0xfffe;
 
 /** Kinds of command. Those below 64 are the client's (hd_command_kind) with the same payload. */
 enum class CommandKind : std::uint32_t {

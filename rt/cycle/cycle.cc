@@ -69,11 +69,13 @@ ErrorCode Cycle::applySessionOrder(const Command& command, const CycleInput& inp
       break;
     case CommandKind::kLoseSession:
       session.lose(input.now_ns, config_.loss_fade_ns);
+      scene_.halt(slot);
       break;
     case CommandKind::kReviveSession:
       session.revive();
       break;
     default:
+      scene_.halt(slot);
       session.free();
       // Commands that this session sent for later ticks must not act for the slot's next owner.
       for (std::uint32_t i = 0; i < pending_count_; ++i) {
@@ -156,7 +158,7 @@ ErrorCode Cycle::applyToHand(HeldTool& tool, const Command& command) HD_RT {
 void Cycle::stand(std::uint32_t object) HD_RT {
   const SceneObject* const it = scene_.find(object);
   if (it == nullptr || (it->V_PO.v.isZero(0) && it->V_PO.w.isZero(0))) return;
-  (void)scene_.apply(makeCommand(CommandKind::kObjectPose, poseMessage(object, it->X_PO), 0));  // As HeldTool moves it.
+  (void)scene_.apply(makeCommand(CommandKind::kObjectPose, poseMessage(object, it->X_PO), kCycleSession));
 }
 
 /** The hand is elsewhere at once: only where no force can jump with it. What touched begins anew. */
@@ -193,6 +195,9 @@ ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
   const ErrorCode code = scene_.apply(command);
   if (code == ErrorCode::kOk) {
     bodies_.moved(command.as<hd_object_pose>(), command.session == kControlSession, scene_.tick());
+    // Of what it had sent ahead the place holds still, but nobody is there who would end the motion.
+    if (command.session < kMaxSessions && sessions_[command.session].life() == SessionShare::Life::kLost)
+      scene_.halt(command.session);
   }
   return code;
 }

@@ -5,6 +5,13 @@
 namespace hapticd {
 
 void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orders) {
+  for (Command& order : orders) {  // What a session moves is to stand when that is lost.
+    if (order.kind != CommandKind::kObjectPose) continue;
+    const std::uint32_t mover = cycle.scene().moverOf(order.as<hd_object_pose>().object);
+    if (mover >= kMaxSessions) continue;
+    order.session = mover;
+    order.channel = 1;
+  }
   for (std::uint32_t d = 0; d < cycle.config().device_count; ++d) {
     const std::uint32_t fault = cycle.deviceGuard(d).fault();
     if (fault != HD_FAULT_NONE) orders.push_back(makeCommand(CommandKind::kStop, StopOrder{d, fault}));

@@ -386,8 +386,7 @@ void FreeBodies::place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_R
   const RigidBody& body = entry.body.body;
   const Pose X = body.pose();
   const Twist V{V_WC.v - V_WC.w.cross(body.com() - X.p), V_WC.w};
-  // Applied as a client's own move would be, so that control and the other groups learn the pose (PoseBoard).
-  const std::uint32_t mover = entry.ours ? 0 : kControlSession;
+  const std::uint32_t mover = entry.ours ? kCycleSession : kControlSession;
   (void)scene.apply(makeCommand(CommandKind::kObjectPose, poseMessage(entry.object, X, V), mover));
 }
 

@@ -194,9 +194,8 @@ void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOu
   }
   noteTouch(scene, out);
 
-  // Applied as a client's own move would be: so control and the other groups learn the pose (PoseBoard).
   const auto place = poseMessage(order_.object, tool_.body().pose(), tool_.body().originTwist());
-  (void)scene.apply(makeCommand(CommandKind::kObjectPose, place, 0));
+  (void)scene.apply(makeCommand(CommandKind::kObjectPose, place, kCycleSession));
 }
 
 void HeldTool::noteTouch(const Scene& scene, HeldToolOutput& out) HD_RT {

@@ -5,7 +5,6 @@
 
 #include "rt/geometry/sweep/sweep.h"
 #include "rt/scene/foreseen.h"
-#include "rt/scene/refit.h"
 
 namespace hapticd {
 namespace {
@@ -69,12 +68,6 @@ bool isZero(const Twist& V) HD_RT { return V.v.isZero(0) && V.w.isZero(0); }
 
 bool same(const Pose& a, const Pose& b) HD_RT { return a.p == b.p && a.q.coeffs() == b.q.coeffs(); }
 
-void updateBall(SceneObject& object) HD_RT {
-  const Ball ball = boundingBall(object.shape);
-  object.center_W = object.toWorld(ball.center);
-  object.radius = ball.radius;
-}
-
 /** Angular velocity that takes `from` to `to` in dt: the shorter way, in the frame both map to. */
 Vec3 angularVelocity(const Quat& from, const Quat& to, double dt) HD_RT {
   Quat d = to * from.conjugate();
@@ -85,6 +78,12 @@ Vec3 angularVelocity(const Quat& from, const Quat& to, double dt) HD_RT {
 }
 
 }  // namespace
+
+void SceneObject::placeBall() HD_RT {
+  const Ball ball = boundingBall(shape);
+  center_W = toWorld(ball.center);
+  radius = ball.radius;
+}
 
 const SceneObject* Scene::find(std::uint32_t id) const HD_RT {
   const std::uint32_t slot = objectSlot(id);
@@ -107,7 +106,24 @@ ErrorCode Scene::apply(const Command& command) HD_RT {
     SceneObject* const object = findMutable(command.as<ObjectRef>().object);  // Such commands start alike.
     if (object) ++object->client_edits[part];
   }
+  if (code == ErrorCode::kOk && part == SceneObject::kPlace)
+    motion_[objectSlot(command.as<hd_object_pose>().object)].mover = command.session;
   return code;
+}
+
+void Scene::halt(std::uint32_t session) HD_RT {
+  for (std::uint32_t i = 0; i < order_count_; ++i) {
+    SceneObject& object = objects_[order_[i]];
+    if (motion_[order_[i]].mover != session || isZero(object.V_PO)) continue;
+    object.V_PO = {};
+    ++object.client_edits[SceneObject::kPlace];
+    settled_ = false;
+  }
+}
+
+std::uint32_t Scene::moverOf(std::uint32_t id) const HD_RT {
+  const SceneObject* const object = find(id);
+  return object == nullptr || isZero(object->V_PO) ? kControlSession : motion_[objectSlot(id)].mover;
 }
 
 ErrorCode Scene::change(const Command& command) HD_RT {
@@ -188,7 +204,7 @@ ErrorCode Scene::add(const AddObject& order) HD_RT {
   object.place(parent->X_WO * object.X_PO);
   object.X_WO_before = object.X_WO;
   object.material = order.material;
-  updateBall(object);
+  object.placeBall();
   objects_[slot] = object;
   motion_[slot] = Motion{};
   motion_[slot].X_PO_before = object.X_PO;
@@ -237,7 +253,7 @@ ErrorCode Scene::setShape(const SetShape& order) HD_RT {
   Shape shape;
   if (const ErrorCode code = makeShape(order.shape, shape); code != ErrorCode::kOk) return code;
   object->shape = shape;
-  updateBall(*object);
+  object->placeBall();
   motion_[objectSlot(order.object)].reshaped = true;
   motion_[objectSlot(order.object)].unmet = time_;
   noteEffect(objectSlot(order.object));
@@ -318,58 +334,6 @@ ErrorCode Scene::setEffect(const SetEffect& order) HD_RT {
   effects_[slot] = order.effect;
   noteEffect(slot);
   return ErrorCode::kOk;
-}
-
-ErrorCode Scene::moveVertices(const hd_object_vertices& order) HD_RT {
-  SceneObject* object = findMutable(order.object);
-  if (!object) return ErrorCode::kNotFound;
-  if (order.count > HD_VERTEX_MOVES) return ErrorCode::kInvalidArgument;
-  if (object->shape.kind != ShapeKind::kMesh) return ErrorCode::kUnsupported;
-  MeshView* mesh = object->shape.mesh;
-  for (std::uint32_t i = 0; i < order.count; ++i) {
-    const ErrorCode refused = mayMoveVertex(*mesh, order.move[i].index, order.move[i].p);
-    if (refused != ErrorCode::kOk) return refused;
-  }
-  Refit refit(*mesh);
-  for (std::uint32_t i = 0; i < order.count; ++i) {
-    const hd_vertex_move& move = order.move[i];
-    const MeshView::Deform& d = mesh->deform;
-    const std::uint32_t vertex = d.motion && move.index < d.source_count ? d.source_vertex[move.index] : HD_NO_INDEX;
-    float from[3] = {};
-    if (vertex < mesh->vertex_count) std::copy_n(mesh->vertices[vertex], 3, from);
-    const std::uint32_t noted = moves_are_new_ ? move_count_ : 0;
-    noteTriangles(*mesh, move);
-    if (moves_are_new_ && move_count_ > noted) mesh->deform.noted = advances_ + 1;
-    moveVertex(*mesh, move.index, move.p, refit);
-    if (vertex < mesh->vertex_count) noteMotion(*mesh, vertex, from, time_ + dt_, dt_);  // In the tick that comes.
-  }
-  refit.finish();
-  for (std::uint32_t i = 0; i < order_count_; ++i) {  // Others may show the same mesh.
-    SceneObject& other = objects_[order_[i]];
-    if (other.shape.mesh == mesh) updateBall(other);
-  }
-  return ErrorCode::kOk;
-}
-
-/** Keeps what the triangles about a vertex are like before it moves. */
-void Scene::noteTriangles(const MeshView& mesh, const hd_vertex_move& move) HD_RT {
-  const MeshView::Deform& d = mesh.deform;
-  if (!d.vertices || move.index >= d.source_count) return;
-  const std::uint32_t v = d.source_vertex[move.index];
-  if (v >= mesh.vertex_count) return;
-  if (!moves_are_new_) move_count_ = 0;
-  moves_are_new_ = true;
-  for (std::uint32_t i = d.vertex_first[v]; i < d.vertex_first[v + 1] && move_count_ < kMaxTriangleMoves; ++i) {
-    TriangleMove& note = moves_[move_count_++];
-    note.mesh = &mesh;
-    note.triangle = d.vertex_triangles[i];
-    for (std::uint32_t c = 0; c < 3; ++c) {
-      const std::uint32_t corner = mesh.triangles[note.triangle][c];
-      std::copy_n(mesh.vertices[corner], 3, note.before[c]);
-      if (corner == v) note.corner = c;
-    }
-    std::copy_n(move.p, 3, note.after);
-  }
 }
 
 void Scene::rebuildTouchable() HD_RT {
@@ -474,7 +438,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   object.V_WO.v = parent.V_WO.v + parent.V_WO.w.cross(arm) + parent.X_WO.q * V_PO.v;
   object.V_WO.w = parent.V_WO.w + parent.X_WO.q * V_PO.w;
   object.moved = !same(object.X_WO, object.X_WO_before);
-  updateBall(object);
+  object.placeBall();
   motion.X_PO_before = object.X_PO;
   motion.pose_set = false;
   motion.jump = false;

@@ -55,6 +55,8 @@ struct SceneObject {
     X_WO = X;
     R_WO = X.q.toRotationMatrix();
   }
+  /** The ball about its shape, where it is now. */
+  void placeBall() HD_RT;
   [[nodiscard, gnu::always_inline]] inline Vec3 toWorld(const Vec3& x_O) const HD_RT { return R_WO * x_O + X_WO.p; }
   [[nodiscard, gnu::always_inline]] inline Vec3 toLocal(const Vec3& x_W) const HD_RT {
     return R_WO.transpose() * (x_W - X_WO.p);
@@ -143,6 +145,11 @@ class Scene {
    */
   ErrorCode apply(const Command& command) HD_RT;
 
+  /** What that session has given a velocity stands from now on: nobody is there who would end its motion. */
+  void halt(std::uint32_t session) HD_RT;
+  /** Command::session of who has given the object its velocity; kControlSession of one that stands or is gone. */
+  [[nodiscard]] std::uint32_t moverOf(std::uint32_t id) const HD_RT;
+
   /**
    * Before the commands of a tick: it is so long [s], and of that number, which never falls. Without that it counts as
    * long as the last one: moves of vertices are those of its end.
@@ -197,6 +204,8 @@ class Scene {
  private:
   /** What advance() needs beside the object itself. */
   struct Motion {
+    /** Command::session of who has set the pose and velocity last. */
+    std::uint32_t mover = kControlSession;
     Pose X_PO_before;                ///< At the last advance().
     double pose_time = 0;            ///< Of the last pose command, on the scene's clock [s].
     bool pose_set = false;           ///< A pose command came since the last advance().

@@ -44,7 +44,11 @@ typedef struct haptic_push {
   uint64_t seq; /**< Out: the command's number, as in haptic_acks (ring) and haptic_model_status. */
 } haptic_push;
 
-/** Pose and velocity of an object in its parent's frame. The servo moves it on by the velocity between updates. */
+/**
+ * Pose and velocity of an object in its parent's frame. The servo moves it on by the velocity between updates, as long
+ * as the session lives: once it has ended, or its heartbeat has stopped, the object stands. What is to move without a
+ * program gets its velocity from the scene (the resource /objects/NAME/velocity).
+ */
 typedef struct haptic_object_pose {
   uint32_t object; /**< Id from the scene. */
   uint32_t reserved;

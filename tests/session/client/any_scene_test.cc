@@ -26,6 +26,7 @@ struct Thing {
   std::uint32_t id = 0;
   Pose X;
   Vec3 v = Vec3::Zero();
+  std::uint64_t mover = 0;    ///< Whose ring has said so, if one did: with that connection the motion ends.
   std::int64_t since_ns = 0;  ///< It is there since then, and moves on so.
   ShapeKind kind = ShapeKind::kGroup;
   double size = 0, stiffness = 0;
@@ -151,6 +152,7 @@ class SharedWorld {
   [[nodiscard]] int servosStarted() const { return servos_started_; }
   [[nodiscard]] int recordings() const { return recordings_; }
   [[nodiscard]] int inherited() const { return inherited_; }
+  [[nodiscard]] int stopped() const { return stopped_; }
 
  private:
   SceneModel& scene() { return bench_.core.scene(); }
@@ -166,6 +168,7 @@ class SharedWorld {
   void put(Thing& thing, const Pose& X, const Vec3& v = Vec3::Zero()) {
     thing.X = X;
     thing.v = v;
+    thing.mover = 0;
     thing.since_ns = bench_.clock.now();
   }
   Pose placeOf(const Thing& thing) {
@@ -233,6 +236,10 @@ class SharedWorld {
     for (auto it = things_.begin(); it != things_.end();)
       it = stays.count(it->first) == 0 ? things_.erase(it) : std::next(it);
     for (auto& [name, thing] : things_) {
+      if (thing.mover == gone) {
+        stopped_ += thing.v.isZero(0) ? 0 : 1;
+        put(thing, placeOf(thing));
+      }
       if (thing.connection != gone) continue;
       if (thing.keep) {
         thing.connection = 0;
@@ -352,6 +359,7 @@ class SharedWorld {
     switch (what) {
       case 0:
         put(thing, random_.pose(0.1), random_.once(2) ? random_.vector(kSpeed) : Vec3::Zero());
+        thing.mover = by->connection;
         return give(HD_COMMAND_OBJECT_POSE, poseMessage(thing.id, thing.X, {thing.v, Vec3::Zero()}));
       case 1:
         thing.stiffness = random_.in(1, 1000);
@@ -398,11 +406,11 @@ class SharedWorld {
   Bench bench_{ofFew()};
   std::vector<std::unique_ptr<Sharer>> players_;
   std::map<std::string, Thing> things_;
-  int pushes_ = 0, servos_started_ = 0, recordings_ = 0, inherited_ = 0;
+  int pushes_ = 0, servos_started_ = 0, recordings_ = 0, inherited_ = 0, stopped_ = 0;
 };
 
 TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
-  int pushes = 0, servos = 0, recordings = 0, inherited = 0;
+  int pushes = 0, servos = 0, recordings = 0, inherited = 0, stopped = 0;
   for (const unsigned seed : seeds(16)) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     SharedWorld world(seed);
@@ -416,6 +424,7 @@ TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
     servos += world.servosStarted();
     recordings += world.recordings();
     inherited += world.inherited();
+    stopped += world.stopped();
     if (testing::Test::HasFailure()) return;
   }
   if (drawsAll()) {
@@ -423,6 +432,7 @@ TEST(AnyScene, IsWithEveryServoAsItWasSaidToBe) {
     EXPECT_GT(servos, 20);
     EXPECT_GT(recordings, 10);
     EXPECT_GT(inherited, 10);
+    EXPECT_GT(stopped, 5);
   }
 }
 

@@ -1,0 +1,129 @@
+// What a session has given a velocity moves as long as the session lives: then nobody is there who would end the
+// motion.
+#include <gtest/gtest.h>
+
+#include "rt/cycle/cycle_start.h"
+#include "tests/support/stepped/stepped_cycle.h"
+
+namespace hapticd {
+namespace {
+
+class CycleMover : public testing::Test, protected test::SteppedCycle {
+ protected:
+  CycleMover() {
+    for (const std::uint32_t slot : {kLost, kOther}) session(CommandKind::kAddSession, slot);
+    for (const std::uint32_t id : {kHis, kTheirs, kControls})
+      add(test::solid(id, ShapeKind::kBox, {}, {}, Vec3(1, 1, 1)));
+    AddObject child = test::solid(kChild, ShapeKind::kBox, {}, {}, Vec3(1, 1, 1));
+    child.parent = kHis;
+    add(child);
+    move(kHis, kLost);
+    move(kTheirs, kOther);
+    move(kControls, kControlSession);
+    for (int i = 0; i < 10; ++i) step();
+  }
+  void session(CommandKind kind, std::uint32_t slot) { put(kind, SessionRef{slot, 0, 7}); }
+  Command& move(std::uint32_t id, std::uint32_t by, const Vec3& p = Vec3::Zero()) {
+    return put(CommandKind::kObjectPose, poseMessage(id, {p, Quat::Identity()}, {kV, Vec3::Zero()}), by);
+  }
+  const SceneObject& object(std::uint32_t id) { return *cycle->scene().find(id); }
+  double x(std::uint32_t id) { return object(id).X_WO.p.x(); }
+  void expectStill(std::uint32_t id) {
+    const double from = x(id);
+    for (int i = 0; i < 20; ++i) {
+      step();
+      EXPECT_EQ(x(id), from);
+      EXPECT_TRUE(object(id).V_WO.v.isZero(0)) << "nor is it felt to move";
+    }
+  }
+  void expectMoving(std::uint32_t id) {
+    const double from = x(id);
+    for (int i = 0; i < 20; ++i) step();
+    EXPECT_NEAR(x(id) - from, 20 * kV.x() * 1e-9 * static_cast<double>(cycle->config().period_ns), 1e-12);
+  }
+
+  static constexpr std::uint32_t kHis = makeObjectId(1, 1), kTheirs = makeObjectId(2, 1),
+                                 kControls = makeObjectId(3, 1), kChild = makeObjectId(4, 1);
+  static constexpr std::uint32_t kLost = 2, kOther = 3;  ///< Sessions.
+  const Vec3 kV{0.25, 0, 0};
+};
+
+TEST_F(CycleMover, OfALostSessionNothingGoesOn) {
+  const std::uint32_t told = object(kHis).client_edits[SceneObject::kPlace];
+  const double from = x(kHis);
+  session(CommandKind::kLoseSession, kLost);
+  step();
+  EXPECT_EQ(x(kHis), from);
+  EXPECT_EQ(object(kHis).client_edits[SceneObject::kPlace], told + 1) << "the other groups learn it";
+  step();
+  expectStill(kHis);
+  expectStill(kChild);
+  expectMoving(kTheirs);
+  expectMoving(kControls);
+}
+
+TEST_F(CycleMover, NorOfOneThatIsFreedAtOnce) {
+  session(CommandKind::kFreeSession, kLost);
+  step();
+  step();
+  expectStill(kHis);
+  expectMoving(kTheirs);
+}
+
+TEST_F(CycleMover, NorByWhatItHadSentAhead) {
+  move(kHis, kLost, Vec3(0.004, 0, 0)).at_tick = input->tick + 5;
+  session(CommandKind::kLoseSession, kLost);
+  for (int i = 0; i < 5; ++i) step();
+  EXPECT_EQ(x(kHis), 0.004) << "the place was meant for that tick";
+  for (int i = 0; i < 80; ++i) step();  // A place that comes by itself is a motion for a while.
+  expectStill(kHis);
+}
+
+TEST_F(CycleMover, ComeBackItMovesThingsAgain) {
+  session(CommandKind::kLoseSession, kLost);
+  step();
+  session(CommandKind::kReviveSession, kLost);
+  step();
+  expectStill(kHis);
+  move(kHis, kLost);
+  step();
+  expectMoving(kHis);
+}
+
+TEST_F(CycleMover, WhatAnotherHasMovedSinceGoesOn) {
+  move(kHis, kControlSession);
+  step();
+  session(CommandKind::kLoseSession, kLost);
+  expectMoving(kHis);
+  session(CommandKind::kFreeSession, kLost);
+  session(CommandKind::kAddSession, kLost);
+  step();
+  session(CommandKind::kLoseSession, kLost);
+  expectMoving(kHis);
+}
+
+/** As where a recording begins: control gives the new cycle the scene, and does not know who moves what. */
+TEST_F(CycleMover, OfALostSessionNothingGoesOnInACycleThatWasMadeAnew) {
+  CycleStart start;
+  start.config = cycle->config();
+  start.tick = input->tick;
+  start.now_ns = input->now_ns;
+  for (const std::uint32_t id : {kHis, kTheirs}) {
+    start.orders.push_back(
+        makeCommand(CommandKind::kAddObject, test::solid(id, ShapeKind::kBox, {}, {}, Vec3(1, 1, 1))));
+    const SceneObject& before = object(id);
+    start.orders.push_back(makeCommand(CommandKind::kObjectPose, poseMessage(id, before.X_PO, before.V_PO)));
+  }
+  restate(*cycle, start.now_ns, start.orders);
+  cycle = makeCycle(start, meshes);
+  step();
+  expectMoving(kHis);
+  session(CommandKind::kLoseSession, kLost);
+  step();
+  step();
+  expectStill(kHis);
+  expectMoving(kTheirs);
+}
+
+}  // namespace
+}  // namespace hapticd

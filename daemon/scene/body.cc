@@ -11,7 +11,7 @@
 namespace hapticd {
 namespace {
 
-constexpr double kThinnest = 1e-3;      ///< Of the box whose inertia an object gets [m].
+constexpr double kThinnest = 1e-3;      ///< Of what an object's inertia is that of, along each axis [m].
 constexpr double kFewestOfAPatch = 24;  ///< Points, in the mean: VolumeOptions::patch_points within a factor of two.
 
 }  // namespace
@@ -84,11 +84,10 @@ MassProperties massOf(const ShapeSpec& shape, const MeshStore& meshes, double ma
     case ShapeKind::kSphere:
       return MassProperties::ofBall(mass, std::max(kThinnest, shape.size.x()));
     case ShapeKind::kCapsule:
-      half = Vec3(shape.size.x(), shape.size.x(), shape.size.y() + shape.size.x());
-      break;
+      return MassProperties::ofCapsule(mass, std::max(kThinnest / 2, shape.size.x()), shape.size.y());
     case ShapeKind::kCylinder:
-      half = Vec3(shape.size.x(), shape.size.x(), shape.size.y());
-      break;
+      return MassProperties::ofCylinder(mass, std::max(kThinnest / 2, shape.size.x()),
+                                        std::max(kThinnest / 2, shape.size.y()));
     case ShapeKind::kMesh:
       if (const MeshInfo* mesh = meshes.find(shape.mesh)) {
         half = 0.5 * (mesh->upper - mesh->lower);

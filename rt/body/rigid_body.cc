@@ -60,6 +60,25 @@ MassProperties MassProperties::ofBall(double mass, double radius) {
   return out;
 }
 
+MassProperties MassProperties::ofCylinder(double mass, double radius, double half_length) {
+  const double rr = radius * radius, ll = half_length * half_length;
+  MassProperties out;
+  out.mass = mass;
+  out.inertia_O = Vec3(rr / 4 + ll / 3, rr / 4 + ll / 3, rr / 2).asDiagonal();
+  out.inertia_O *= mass;
+  return out;
+}
+
+MassProperties MassProperties::ofCapsule(double mass, double radius, double half_length) {
+  const double caps = 2 * radius / (2 * radius + 3 * half_length) * mass;
+  // A half ball's centre of mass is 3/8 r above its flat, so about z = 0 it has 2/5 r^2 + l^2 + 3/4 l r across.
+  const double across = radius * (0.4 * radius + 0.75 * half_length) + half_length * half_length;
+  MassProperties out = ofCylinder(mass - caps, radius, half_length);
+  out.mass = mass;
+  out.inertia_O += caps * Vec3(across, across, 0.4 * radius * radius).asDiagonal().toDenseMatrix();
+  return out;
+}
+
 bool MassProperties::valid() const HD_RT {
   if (!std::isfinite(mass) || !isFinite(com_O) || !inertia_O.allFinite() || !(mass > 0)) return false;
   if ((inertia_O - inertia_O.transpose()).cwiseAbs().maxCoeff() > 1e-9 * inertia_O.cwiseAbs().maxCoeff()) return false;

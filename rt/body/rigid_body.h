@@ -21,6 +21,9 @@ struct MassProperties {
 
   [[nodiscard]] static MassProperties ofBox(double mass, const Vec3& size);
   [[nodiscard]] static MassProperties ofBall(double mass, double radius);
+  /** Solid, along z, of twice that length; the capsule has a half ball at either end besides. */
+  [[nodiscard]] static MassProperties ofCylinder(double mass, double radius, double half_length);
+  [[nodiscard]] static MassProperties ofCapsule(double mass, double radius, double half_length);
   /** Finite, positive, and moments that a real body can have (each at most the sum of the other two). */
   [[nodiscard]] bool valid() const HD_RT;
 };

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "rt/base/rotation.h"
@@ -123,6 +125,45 @@ TEST(RigidBody, ErrorFallsWithTheSquareOfTheStep) {
   const double fine = truth.angularDistance(after(1e-3));
   EXPECT_GT(coarse / fine, 3.3);
   EXPECT_LT(coarse / fine, 4.8);
+}
+
+/** Of a solid within a box of that half length along each axis, about its middle, of 100^3 cells. */
+template <class Inside>
+Mat3 counted(const Inside& inside, double mass, const Vec3& half) {
+  constexpr int kCells = 100;
+  const auto at = [](int i) { return (2 * i + 1.0) / kCells - 1; };
+  Mat3 sum = Mat3::Zero();
+  int count = 0;
+  for (int i = 0; i < kCells; ++i) {
+    for (int j = 0; j < kCells; ++j) {
+      for (int k = 0; k < kCells; ++k) {
+        const Vec3 x = half.cwiseProduct(Vec3(at(i), at(j), at(k)));
+        if (!inside(x)) continue;
+        sum += x.squaredNorm() * Mat3::Identity() - x * x.transpose();
+        ++count;
+      }
+    }
+  }
+  return sum * (mass / count);
+}
+
+TEST(MassProperties, OfACylinderAndACapsuleAreThoseOfTheSolid) {
+  for (const auto& [r, l] : {std::pair{0.02, 0.05}, {0.03, 0.004}}) {
+    const auto round = [r = r](const Vec3& x) { return x.head<2>().squaredNorm() < r * r; };
+    const MassProperties cylinder = MassProperties::ofCylinder(0.3, r, l),
+                         capsule = MassProperties::ofCapsule(0.3, r, l);
+    const Mat3 I = counted(round, 0.3, Vec3(r, r, l));
+    EXPECT_TRUE(cylinder.inertia_O.isApprox(I, 4e-3)) << cylinder.inertia_O << "\n\n" << I;
+    const auto capped = [r = r, l = l](const Vec3& x) {
+      return (x - Vec3(0, 0, std::clamp(x.z(), -l, l))).squaredNorm() < r * r;
+    };
+    const Mat3 J = counted(capped, 0.3, Vec3(r, r, l + r));
+    EXPECT_TRUE(capsule.inertia_O.isApprox(J, 4e-3)) << capsule.inertia_O << "\n\n" << J;
+    EXPECT_EQ(cylinder.mass, 0.3);
+    EXPECT_EQ(capsule.mass, 0.3);
+    EXPECT_TRUE(cylinder.valid() && capsule.valid());
+  }
+  EXPECT_TRUE(MassProperties::ofCapsule(0.3, 0.02, 0).inertia_O.isApprox(MassProperties::ofBall(0.3, 0.02).inertia_O));
 }
 
 TEST(MassProperties, ImpossibleOnesAreTold) {

@@ -284,6 +284,7 @@ class Core {
   void hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& object);
   void holdAnew(OpenDevice& device);
   void tellTool(const OpenDevice& device, const std::string& object, const std::string& what);
+  void tellPutAway(const OpenDevice& device, const HeldObject& held);
   [[nodiscard]] Result<void> mayRunServos() const;
   void switchOff(OpenDevice& device, CommandKind kind) noexcept;
   void pollOffs();

@@ -61,7 +61,9 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
     }
   }
 
+  const HeldObject former = device.tool;
   hold(device, wish, *object);
+  if (former.id != object->id) tellPutAway(device, former);
   const HeldObject& tool = device.tool;
   log::info("{}: holds '{}', {:g} kg at {:g} N/m{}{}", device.name, log::printable(tool.object), tool.mass,
             tool.stiffness, tool.note.empty() ? "" : "; ", log::printable(tool.note));
@@ -126,6 +128,11 @@ void Core::tellTool(const OpenDevice& device, const std::string& object, const s
   events_.publish(event);
 }
 
+void Core::tellPutAway(const OpenDevice& device, const HeldObject& held) {
+  const bool there = !held.object.empty() && scene_.nameOf(held.id) == held.object;  // Else it went with its object.
+  if (there) tellTool(device, held.object, "tool detached");
+}
+
 Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
   const auto object = scene_.find(name);
   OpenDevice* holder = nullptr;
@@ -151,8 +158,7 @@ Result<void> Core::detachTool(OpenDevice& device, const Client& by) {
   if (auto r = mayChange(device, by); !r) return r;
   const HeldObject held = std::exchange(device.tool, {});
   (void)device.link->post(makeCommand(CommandKind::kDetachTool, DeviceRef{device.index}));
-  const bool there = !held.object.empty() && scene_.nameOf(held.id) == held.object;  // Else it went with its object.
-  if (there) tellTool(device, held.object, "tool detached");
+  tellPutAway(device, held);
   return {};
 }
 

@@ -125,6 +125,16 @@ TEST_F(ToolBench, IsToldWhenItComesAndWhenItGoes) {
   ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
   EXPECT_EQ(told(), std::vector{device.name + " box tool detached"});
   ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  add("other", ShapeKind::kBox);
+  (void)told();
+  ASSERT_TRUE(tree.set(path() + "?value=other", anybody).ok());
+  const auto instead = told();
+  ASSERT_EQ(instead.size(), 2u);
+  EXPECT_EQ(instead.front(), device.name + " box tool detached") << "the hand has put it away for the other";
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  (void)told();
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  EXPECT_EQ(told().size(), 1u) << "as it was";
   ASSERT_TRUE(bench.core.scene().remove("box", anybody).ok());
   add("box", ShapeKind::kBox);
   (void)told();

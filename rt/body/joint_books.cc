@@ -110,6 +110,7 @@ bool JointStep::settle(std::uint8_t island, bool may_wait) HD_RT {
     if (m.island != island) continue;
     m.V = {m.V.v * scale, m.V.w * scale};
     if (m.tool != nullptr) {
+      m.brought = moved_[k].gained + left - m.tool->reserve();
       m.tool->accept(m.kick, moved_[k], left, *m.out);
       m.out->lost = lost;
       m.out->clamped = scale;

@@ -6,6 +6,11 @@
 #include "rt/body/constraint_response.h"
 
 namespace hapticd {
+namespace {
+
+constexpr double kRoundingOff = 1e-12;  ///< [J]
+
+}  // namespace
 
 void JointStep::begin(double dt, const Vec3& gravity) HD_RT {
   dt_ = dt;
@@ -142,6 +147,14 @@ void JointStep::tell() HD_RT {
     a.out->contact.force += j / dt_;
     a.out->contact.torque += touch_[i].r_a.cross(j) / dt_;
     if (a.out->clamped > 0) a.out->obstacle_work += j.cwiseProduct(moving);  // What was stopped was not moved.
+  }
+  // Velocities that the books have scaled are none of those impulses, and the reserve is shared. What the tool has of
+  // either others have brought: the guard would take it for more than the hand gave.
+  for (std::uint32_t k = 0; k < movers_; ++k) {
+    if (mover_[k].tool == nullptr) continue;
+    ToolStep& out = *mover_[k].out;
+    const double lacks = mover_[k].brought - out.obstacle_work.sum();
+    if (lacks > kRoundingOff) out.obstacle_work += byAxis(lacks, out.contact.force);
   }
 }
 

@@ -62,6 +62,7 @@ class JointStep {
     Tool::Kick kick;
     Mobility mobility;
     Twist V;
+    double brought = 0;  ///< What its tool has more since the hand moved, the reserve's too, but by its weight [J].
     std::uint8_t island = 0;
     bool waits = false;  ///< Its island does not settle before all is solved without leaving overlaps.
   };

@@ -35,6 +35,14 @@ Vec3 bounded(const Vec3& x) HD_RT {
   return toGrid(most > kLargest ? Vec3(x * (kLargest / most)) : x);
 }
 
+/** As bounded(), but with the sum of what is larger, if that is not: a press takes along one axis what it gives. */
+Vec3 boundedWithSum(const Vec3& x) HD_RT {
+  const Vec3 mean = Vec3::Constant(std::clamp(x.sum() / 3, -kLargest, kLargest));
+  const Vec3 rest = x - mean;
+  const double most = rest.cwiseAbs().maxCoeff(), room = kLargest - std::abs(mean.x());
+  return x.cwiseAbs().maxCoeff() > kLargest ? toGrid(Vec3(mean + rest * std::min(1.0, room / most))) : bounded(x);
+}
+
 /** clampNorm with the rounding on the safe side. */
 Vec3 clampStrictly(const Vec3& x, double limit) HD_RT {
   const double n = x.norm();
@@ -142,7 +150,7 @@ bool Guard::gather(const GuardInput& input, Wanted& wanted) HD_RT {
   wanted.gravity = wanted.by_source[HD_SOURCE_GRAVITY];
   wanted.torque = torque;
   wanted.gripper = input.gripper_force;  // limit() bounds it; no sum has it.
-  wanted.carried = bounded(input.carried);
+  wanted.carried = boundedWithSum(input.carried);
   return true;
 }
 

@@ -171,6 +171,23 @@ TEST(GuardEnergy, AWallThatCarriesTheHandAlongLeavesTheBooksAsTheyWere) {
   }
 }
 
+/** Also where that does far more along one axis and takes as much back along another: a press on what is held. */
+TEST(GuardEnergy, WhatIsCarriedCountsByItsSumHoweverLargeItsPartsAre) {
+  GuardRig rig(strong(100));
+  rig.ask(HD_SOURCE_SURFACE, {5, 0, 0});
+  rig.armFully();
+  rig.step(5);
+  rig.in.carried = {8000 + 5 * 0.1, -3000, -5000};
+  rig.in.velocity.v = {0.1, 0, 0};
+  rig.step();
+  for (int i = 0; i < 500; ++i) {
+    rig.sample.p.x() += 1e-4;
+    rig.step();
+    ASSERT_NEAR(rig.out.energy, 0, 1e-6) << i;
+    ASSERT_EQ(rig.out.flags & HD_SAMPLE_PASSIVITY, 0u);
+  }
+}
+
 /** It has been paid for through the periods that the servo misses, too. */
 TEST(GuardEnergy, ThroughMissedPeriodsAsWell) {
   GuardRig rig(strong(100));

@@ -148,6 +148,7 @@ void HeldTool::begin(const Scene& scene, const DeviceSample& sample, const Twist
     model_.count = 0;
     arrived_ = asked_ = scene.tick();
     weight_ = 1;  // Nothing is stretched.
+    taken_ = true;
   }
   started_ = true;
   age_ = dt * static_cast<double>(scene.tick() - asked_);
@@ -194,6 +195,12 @@ void HeldTool::finish(Scene& scene, const Twist& velocity, double dt, HeldToolOu
   }
   noteTouch(scene, out);
 
+  // No hand has carried it there, nor pushed with it what it touched where it lay.
+  const SceneObject& object = scene.slot(objectSlot(order_.object));
+  const Pose X = tool_.body().pose();
+  const double step = (X.p - object.X_WO.p).norm() + X.q.angularDistance(object.X_WO.q) * object.radius;
+  if (taken_ && step > Scene::kUnmetStep) scene.leaps(objectSlot(order_.object));
+  taken_ = false;
   const auto place = poseMessage(order_.object, tool_.body().pose(), tool_.body().originTwist());
   (void)scene.apply(makeCommand(CommandKind::kObjectPose, place, kCycleSession));
 }

@@ -82,6 +82,7 @@ class HeldTool {
   std::uint64_t arrived_ = 0;  ///< Tick in which it last started.
   std::uint32_t touched_ = 0;  ///< In the last tick.
   bool started_ = false;
+  bool taken_ = false;  ///< Into the hand, from wherever it was, in this tick.
 };
 
 }  // namespace hapticd

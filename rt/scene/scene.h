@@ -185,6 +185,11 @@ class Scene {
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
   /** By those who move it, each tick. */
   void setLoose(std::uint32_t i, bool loose) HD_RT { objects_[i].loose = loose; }
+  /** The next step of what is in slot i is a teleport, however short. */
+  void leaps(std::uint32_t i) HD_RT {
+    motion_[i].jump = true;
+    settled_ = false;
+  }
   /** Tick in which the object in that slot was added or last jumped. */
   [[nodiscard]] std::uint64_t arrivedIn(std::uint32_t i) const HD_RT {
     return motion_[i].jump ? tick_ : motion_[i].arrived;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/support/stepped/rolling_balls.h"
 #include "tests/support/stepped/wandering_tool.h"
 
 namespace hapticd {
@@ -275,6 +276,23 @@ TEST(JumpedObstacle, WhatIsReplacedByItsLikeHoldsOn) {
     }
     EXPECT_TRUE(scene.brick().asleep());
   }
+}
+
+/** Not even where the hand is so near that a pose of a client's would tell a motion. */
+TEST(JumpedObstacle, WhatIsTakenUpPushesNothingAsItComesIntoTheHand) {
+  test::ToolHouse house;
+  house.send(CommandKind::kObjectPose, hd_object_pose{test::kTool, 0, {0.1, 0, 0.04}, {1}, {}, {}});
+  test::addBall(house, test::kRolled, {0.1 - 0.01 - test::kBallRadius, 0, 0.04}, 0.3);
+  house.run(200);
+  const RigidBody& ball = house.servo->cycle().bodies().body(0).body;
+  const Vec3 lies = ball.com();
+  house.send(CommandKind::kAttachTool, house.tool());
+  for (int i = 0; i < 100; ++i) {
+    house.run(1);
+    ASSERT_LT(ball.twist().v.norm(), 1e-3) << i;
+  }
+  EXPECT_LT((house.place().p - Vec3(0, 0, 0.04)).norm(), 1e-3) << "it is in the hand";
+  EXPECT_LT((ball.com() - lies).norm(), 1e-4);
 }
 
 }  // namespace

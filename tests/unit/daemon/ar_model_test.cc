@@ -128,6 +128,30 @@ TEST(ArModel, PolesThatRoundingRunsTogetherEndInANumber) {
   }
 }
 
+/** The same two resonances in a recording at 1 kHz, of which the servo makes more samples than it has. */
+TEST(ArModel, ASlowerRecordingKeepsItsPowerAndIsBlurred) {
+  const auto pole = [](double hz, double r) { return std::polar(r, 2 * std::numbers::pi * hz / 1000); };
+  const std::vector<double> a = fromPoles({pole(60, 0.86), pole(230, 0.82)});
+  for (const double rate_hz : {2000.0, 4000.0}) {
+    double noise = 0;
+    const LatticeModel lattice = resample(a, 1, 1000, rate_hz);
+    const std::vector<double> played = direct(lattice, noise);
+    const auto power = [](const std::vector<double>& model, double variance, double rate, double from, double to) {
+      double sum = 0;
+      for (double f = from; f < to; f += 0.1) sum += 0.1 * density(model, variance, rate, f);
+      return sum;
+    };
+    const double whole = power(a, 1, 1000, 0.05, 500);
+    EXPECT_NEAR(lattice.power / whole, 1, 1e-3) << rate_hz;
+    EXPECT_LT(power(played, noise, rate_hz, 550, rate_hz / 2) / whole, 1e-4) << rate_hz;
+    const double third = std::cbrt(2.0);
+    for (double f = 20; f * third < 500; f *= third) {
+      const double off = power(played, noise, rate_hz, f, f * third) / power(a, 1, 1000, f, f * third);
+      EXPECT_NEAR(off, 1, 0.6) << f << " of " << rate_hz;
+    }
+  }
+}
+
 TEST(ArModel, FasterThanTheRecordingAddsNothing) {
   const std::vector<double> a{-0.5};
   const LatticeModel lattice = resample(a, 1, 500, 4000);

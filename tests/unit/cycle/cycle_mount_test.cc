@@ -181,6 +181,17 @@ TEST_F(CycleMount, AMetreOfTheHandIsAsManyOfTheWorldAsItsScale) {
   EXPECT_NEAR(output->device[0].command.force.z(), 2, 1e-9) << "500 N/m there, 2000 N/m to the hand";
 }
 
+TEST_F(CycleMount, ABallInPlaceOfThePointIsAsLargeAsItIsSaidInTheWorld) {
+  put(CommandKind::kDeviceRadius, DeviceRadius{0, 0, 0.002});
+  ASSERT_EQ(mount(mountAt({}, 0, 4)), ErrorCode::kOk);
+  arm();
+  for (int i = 0; i < 10; ++i) step();
+  walk({0, 0, 0.00051});
+  EXPECT_EQ(output->device[0].contact.object, 0u) << "2.04 mm above the floor";
+  walk({0, 0, 0.0001});
+  EXPECT_NEAR(output->device[0].command.force.z(), 500 * (0.002 - 0.0004), 1e-9);
+}
+
 /** A metre is longer there, a turn is a turn. */
 TEST_F(CycleMount, WhatADeviceMeasuresOfItsSpeedIsOfTheWorld) {
   ASSERT_EQ(mount(mountAt({{0.2, 0.1, 0.3}, Quat(Eigen::AngleAxisd(M_PI_2, Vec3::UnitY()))}, 0, 4)), ErrorCode::kOk);

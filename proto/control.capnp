@@ -225,7 +225,7 @@ struct ClientState {
   uid @3 :UInt32;
   device @4 :Text;
   lease @5 :Bool;
-  received @6 :UInt64;
+  received @6 :UInt64;        # commands taken, by ring and mailboxes, those refused too
   rejected @7 :UInt64;
   stale @8 :UInt64;
   models @9 :UInt32;          # local models in force

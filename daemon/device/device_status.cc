@@ -54,7 +54,7 @@ DeviceNow statusOf(const OpenDevice& device) {
 SessionNow statusOf(const Session& session) {
   const hd_region_a& a = *session.regions.a();
   SessionNow status;
-  status.received = load(a.acks.received_seq);
+  status.received = session.link->group().ingest().received[session.slot].load(std::memory_order_relaxed);
   status.rejected = load(a.acks.rejected);
   status.stale = load(a.acks.stale_mailboxes);
   status.violations = load(a.acks.violations);

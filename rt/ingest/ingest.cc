@@ -62,6 +62,7 @@ void Ingest::takeOrders(std::int64_t now_ns) HD_RT {
     Slot& slot = slots_[order.slot];
     if (order.kind == IngestOrder::Kind::kDetach) {
       slot.used = false;
+      received[order.slot].store(0, std::memory_order_relaxed);
       slot.reports_due = bit(IngestReport::Kind::kDetached);
       continue;
     }
@@ -176,6 +177,7 @@ bool Ingest::takeWhatWaited(std::uint32_t index, std::uint64_t tick) HD_RT {
 
 void Ingest::pass(std::uint32_t index, std::uint64_t& last_seq, std::uint32_t channel, std::uint64_t tick) HD_RT {
   Slot& slot = slots_[index];
+  received[index].fetch_add(1, std::memory_order_relaxed);
   const std::uint64_t seq = copy_.seq;
   if (seq <= last_seq) return reject(slot, ErrorCode::kInvalidArgument, seq, channel);
   last_seq = seq;

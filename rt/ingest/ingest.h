@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 
 #include "rt/command.h"
@@ -76,6 +77,8 @@ class Ingest {
   SpscRing<IngestOrder, 64> orders;     ///< From control.
   SpscRing<IngestReport, 256> reports;  ///< To control.
   IngestToServo commands;               ///< To the servo; also carries kLoseSession and kReviveSession.
+  /** Messages taken from each slot's session, by ring and mailboxes, those refused too; 0 once it is detached. */
+  std::array<std::atomic<std::uint64_t>, kMaxSessions> received{};
 
  private:
   /** One session. Acknowledgements go to `session.a`, whose ingest fields this thread alone writes. */

@@ -42,7 +42,7 @@ typedef struct haptic_client_status {
   uint64_t session;
   const char* name;
   const char* device;
-  uint64_t received; /**< Commands. */
+  uint64_t received; /**< Commands taken, by ring and mailboxes; what a newer value replaced before is none. */
   uint64_t rejected;
   uint64_t stale;
   uint32_t models; /**< Local models in force. */

@@ -248,6 +248,16 @@ TEST_F(ClientIntegration, AStatusTellsWhatASessionHasPushed) {
     return s.received == 3 && s.rejected == 1 && s.models == 2 && s.fade == 1;
   };
   EXPECT_TRUE(eventually(told)) << (*client.status())->clients[0]->models << " models";
+  // By mailboxes as well: two targets, each with a newer value once the first was taken.
+  const auto received = [&](std::uint64_t count) {
+    return eventually([&] { return (*client.status())->clients[0]->received == count; });
+  };
+  const haptic_intent wish = HAPTIC_INTENT_INIT;
+  plane.slot = 1;
+  for (std::uint64_t count = 4; count < 8; ++count) {
+    ASSERT_TRUE(count % 2 == 0 ? session.push(wish, {.latest = true}) : session.push(plane, {.latest = true}));
+    ASSERT_TRUE(received(count)) << (*client.status())->clients[0]->received;
+  }
 }
 
 TEST_F(ClientIntegration, LimitsFallFreelyAndRiseByAdministration) {

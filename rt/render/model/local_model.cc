@@ -76,7 +76,12 @@ ErrorCode LocalModelSlot::set(const Command& command, std::int64_t now_ns, const
 
 void LocalModelSlot::clear(std::int64_t now_ns, std::int64_t blend_ns) HD_RT {
   if (state_ == State::kEmpty) return;
+  const std::int64_t applied_ns = applied_ns_;
+  const double told = status(last_ns_).weight;
   replace(Framed{}, seq_, now_ns, blend_ns);
+  // Of the model that goes, whose number it keeps, for whoever asks.
+  applied_ns_ = applied_ns;
+  cleared_weight_ = told;
   lease_ns_ = std::numeric_limits<std::int64_t>::max();
 }
 
@@ -195,7 +200,7 @@ hd_model_status LocalModelSlot::status(std::int64_t now_ns) const HD_RT {
   const double s = blend(now_ns);
   out.seq = seq_;
   out.age_ns = now_ns - applied_ns_;
-  out.weight = static_cast<float>(weight(now_ns) * (now_.model.none() ? 1 - s : s));
+  out.weight = static_cast<float>(weight(now_ns) * (now_.model.none() ? cleared_weight_ * (1 - s) : s));
   out.state = state_ == State::kFading || now_.model.none() ? 3 : (s < 1 ? 1 : 2);
   return out;
 }

@@ -99,6 +99,7 @@ class LocalModelSlot {
   double now_weight_ = 1;                          ///< w s at the last evaluation,
   double agreed_weight_ = 1;                       ///< and w (s + (1 - s) c).
   double before_weight_ = 0;                       ///< c
+  double cleared_weight_ = 1;                      ///< Of what was cleared, as told by then.
   std::array<Vec3, kMaxDevices> residual_;         ///< r, by device [N].
   std::array<Vec3, kMaxDevices> last_;             ///< Force at the last evaluation, by device [N].
   std::array<Vec3, kMaxDevices> last_of_now_;      ///< What now_ alone made of it, before weights [N].

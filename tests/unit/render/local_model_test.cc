@@ -16,6 +16,21 @@ TEST_F(SlotTest, BlendsInFromNothing) {
   EXPECT_EQ(slot.status(now + 11 * kMs).seq, 1u);
 }
 
+/** In the middle of its blend; then once more, in the middle of that. */
+TEST_F(SlotTest, WhatIsClearedIsToldToFadeFromWhereItWasAndToGrowOlder) {
+  set(modelOf(HD_MODEL_PLANE), 0);
+  for (int ms = 0; ms <= 4; ++ms) (void)at(ms);
+  slot.clear(now + 5 * kMs, 20 * kMs);
+  for (int ms = 5; ms < 29; ++ms) {
+    if (ms == 15) slot.clear(now + ms * kMs, 20 * kMs);
+    const double told = slot.status(now + ms * kMs).weight;
+    EXPECT_NEAR(told, at(ms).z(), 1e-7) << ms << ": 1 N in force";
+    EXPECT_LT(told, 0.4);
+    EXPECT_EQ(slot.status(now + ms * kMs).age_ns, ms * kMs);
+    EXPECT_EQ(slot.status(now + ms * kMs).state, 3u);
+  }
+}
+
 TEST_F(SlotTest, BlendsLinearlyFromOneModelToTheNext) {
   set(modelOf(HD_MODEL_PLANE, 500), 0);
   (void)at(0);

@@ -3,32 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <new>
 
 #include "daemon/device/buttons.h"
 #include "daemon/device/finger_words.h"
+#include "daemon/device/in_memory.h"
 #include "daemon/device/limits.h"
 #include "daemon/device/mount.h"
 #include "daemon/log/log.h"
 #include "drivers/link/io_device.h"
 
 namespace hapticd {
-namespace {
-
-/** What there is no memory for keeps nobody else from his. */
-template <class Work>
-void inMemory(Work&& work) noexcept {
-  try {
-    work();
-  } catch (const std::bad_alloc&) {  // Whoever waits for it hears so when its answer goes.
-  } catch (const std::exception& e) {
-    log::error("a defect: {}", log::printable(e.what()));
-  }
-}
-
-}  // namespace
-
 static_assert(DeviceConfig::kMostRadius == ProxyRenderer::kMaxRadius);
 static_assert(DeviceConfig::kMostDistance == Mount::kFarthest && DeviceConfig::kLeastScale == Mount::kLeast &&
               DeviceConfig::kMostScale == Mount::kLargest);
@@ -403,96 +388,6 @@ bool DeviceManager::waitFor(const std::string& canonical, std::string_view text,
     return true;
   }
   return false;
-}
-
-Result<void> DeviceManager::endServo(GroupLink& link) {
-  const bool known = link.standsStill();
-  if (link.endThreads(kEnd_ns)) return {};
-  std::string of;
-  for (std::size_t i = 0; i < link.group().deviceCount(); ++i)
-    of += (of.empty() ? "" : ", ") + link.group().device(i).info().uri;
-  if (!known) {
-    log::error("group {}: its servo has not come back from the driver of {}, which was told to bring it to zero",
-               link.name(), log::printable(of));
-  }
-  return Error{ErrorCode::kTimeout, of, "the servo has not come back from its driver",
-               "unplug it, or restart hapticd: systemctl restart hapticd"};
-}
-
-Result<std::vector<std::string>> DeviceManager::close(OpenDevice& device) {
-  GroupLink* link = device.link;
-  for (const auto& other : devices_) {
-    if (other->link == link && other->sessions != 0) {
-      return Error{ErrorCode::kDeviceBusy, other->name,
-                   other->sessions == 1 ? "a session uses it" : fmt::format("{} sessions use it", other->sessions),
-                   "end them first; hapticctl status lists them"};
-    }
-  }
-  if (auto r = endServo(*link); !r) return r.error();
-  log::info("device group {} closes", link->name());
-  std::array<std::uint32_t, kMaxDevices> held{};
-  for (const auto& of : devices_) {
-    if (of->link == link) held[of->index] = of->tool.id;
-  }
-  devices_.erase(std::remove_if(devices_.begin(), devices_.end(), [&](const auto& d) { return d->link == link; }),
-                 devices_.end());
-  auto left = letGo(*link);
-  inMemory([&] { std::for_each(held.begin(), held.end(), [&](std::uint32_t tool) { scene_.stand(tool); }); });
-  links_.erase(std::remove_if(links_.begin(), links_.end(), [&](const auto& l) { return l.get() == link; }),
-               links_.end());
-  return left;
-}
-
-std::vector<std::string> DeviceManager::closeAll() {
-  auto [opened, standing] = opener_.stop(kEnd_ns);
-  for (const std::string& uri : standing)
-    log::error("{}: its driver does not come back from opening it; nothing was commanded", log::printable(uri));
-  for (GroupOpening& opening : groups_opening_) closeUnused(opening.open);
-  closeUnused(opened);
-  groups_opening_.clear();
-  opening_.clear();
-  ask_.clear();  // What a look that ends from now on tells would open devices, and ask who is there no more.
-  asked_.clear();
-  devices_.clear();
-  for (auto it = links_.begin(); it != links_.end();) {
-    if (const auto ended = endServo(**it); !ended) {
-      standing.push_back(ended.error().where);
-      ++it;
-      continue;
-    }
-    (void)letGo(**it);
-    it = links_.erase(it);
-  }
-  for (std::string& uri : closer_.names()) standing.push_back(std::move(uri));
-  if (!hasLooked(kEnd_ns)) standing.emplace_back("the look for devices");
-  return standing;
-}
-
-/** Those that no servo has had; each by itself, so that none waits for another's driver. */
-void DeviceManager::closeUnused(std::vector<std::unique_ptr<Device>>& devices) {
-  for (auto& device : devices) {
-    if (!device) continue;
-    DeviceGroup::Leaving one;
-    one.devices.push_back(std::move(device));
-    for (const std::string& uri : closer_.close(std::move(one), kEnd_ns))
-      log::error("{}: its driver does not let go of it; it was told to bring it to zero", log::printable(uri));
-  }
-  devices.clear();
-}
-
-/** After the end of its servo: first that, then what it read. Devices that are not closed yet. */
-std::vector<std::string> DeviceManager::letGo(GroupLink& link) {
-  inMemory([&] { scene_.refresh(); });
-  scene_.detach(link);
-  std::vector<std::string> left;
-  inMemory([&] { left = closer_.close(link.stop(), kEnd_ns); });
-  if (!left.empty()) {
-    log::error("group {}: the driver of {} does not let go of it; it was told to bring it to zero", link.name(),
-               log::printable(left.front()));
-  }
-  meshes_.detach(link);
-  scene_.textures().detach(link);
-  return left;
 }
 
 }  // namespace hapticd

@@ -272,6 +272,7 @@ class DeviceManager {
   std::string shortName(const DeviceInfo& info, const std::vector<std::string>& taken) const;
   [[nodiscard]] static Error tooManyWait(const std::string& where, const char* what);
   [[nodiscard]] Result<void> notClosing(const std::string& canonical) const;
+  void keepThings(GroupLink& link);
   std::vector<std::string> letGo(GroupLink& link);
   void closeUnused(std::vector<std::unique_ptr<Device>>& devices);
   OpenDevice* lookUp(std::string_view text);

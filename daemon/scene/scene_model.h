@@ -98,7 +98,7 @@ class SceneModel {
   void detach(CommandSink& sink);
   /** Takes over all that servos tell now: before one goes, for nobody else may know where it had things. */
   void refresh();
-  /** The object with that id, which a hand moved that is gone, stays where it is; a body flies on. */
+  /** The object with that id, whose mover is gone, stays where it is; a body flies on. */
   void stand(std::uint32_t id);
   /** That servo's cycle was made anew, with orders(): it counts what its clients change from the start. */
   void madeAnew(const CommandSink& sink);

@@ -206,6 +206,35 @@ TEST(AGroupThatCloses, LeavesThingsWhereItHadThem) {
   EXPECT_LT(bench.core.scene().find("falls")->spec.X_PO.p.z(), 0.1);
 }
 
+/** At once, so that its servo has not taken the end of the session, and among more than it shows in a cycle. */
+TEST(AGroupThatCloses, LeavesNothingOnTheWayThatASessionGaveIt) {
+  Bench bench;
+  ASSERT_NE(bench.live(), nullptr);
+  std::vector<std::uint32_t> ids;
+  for (int i = 0; i < 80; ++i) {
+    ObjectSpec spec;
+    spec.name = "o" + std::to_string(i);
+    spec.shape = {ShapeKind::kSphere, {0.01, 0, 0}, 0};
+    spec.material = kDefaultMaterial;
+    ids.push_back(bench.core.scene().create(spec, bench.core.client(bench.administration)).value());
+  }
+  bench.step(100);
+  for (const std::uint32_t id : ids) {
+    const hd_object_pose pose = poseMessage(id, {{0.1, 0.2, 0.3}, Quat::Identity()}, {{0.05, 0, 0}, {0, 0, 0}});
+    std::uint64_t seq = 0;
+    ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
+              ErrorCode::kOk);
+  }
+  bench.step(3);
+  bench.core.disconnect(bench.connection);
+  ASSERT_TRUE(bench.core.closeDevice("test://first", bench.administration).ok());
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    const auto now = bench.core.scene().find("o" + std::to_string(i));
+    EXPECT_LT((now->spec.X_PO.p - Vec3(0.1, 0.2, 0.3)).norm(), 1e-3) << i;
+    EXPECT_TRUE(now->V_PO.v.isZero(0)) << i;
+  }
+}
+
 TEST(AGroupThatCloses, LeavesItsToolWhereTheHandHadIt) {
   Bench bench;
   const Client& by = bench.core.client(bench.administration);

@@ -64,8 +64,7 @@ ErrorCode FreeBodies::set(const SetBody& order, Scene& scene) HD_RT {
   Entry* entry = lookUp(order.object);
   if (order.mass == 0) {
     if (entry != nullptr) {
-      if (!entry->held) place(scene, *entry, Twist{});
-      entry->object = 0;
+      leave(scene, *entry);
     }
     return ErrorCode::kOk;
   }
@@ -144,6 +143,17 @@ void FreeBodies::moved(const hd_object_pose& pose, bool by_control, std::uint64_
   if (by_control) entry->ours = false;
 }
 
+/** It is no body any more, and stays where it is. Where a hand has it, or had it a tick ago, that is the hand's to say.
+ */
+void FreeBodies::leave(Scene& scene, Entry& entry) HD_RT {
+  if (!entry.held) {
+    place(scene, entry, Twist{});
+  } else if (const SceneObject* const object = scene.find(entry.object)) {
+    (void)scene.apply(makeCommand(CommandKind::kObjectPose, poseMessage(entry.object, object->X_PO), kCycleSession));
+  }
+  entry.object = 0;
+}
+
 void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> held) HD_RT {
   joint_.begin(dt, gravity_);
   of_slot_ = none();
@@ -156,8 +166,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
     if (entry.object == 0) continue;
     const SceneObject* object = scene.find(entry.object);
     if (object == nullptr || !canMove(*object)) {
-      if (object != nullptr) place(scene, entry, Twist{});
-      entry.object = 0;
+      leave(scene, entry);
       continue;
     }
     const bool was_held = entry.held;

@@ -193,6 +193,7 @@ class FreeBodies {
   void addTouches(const Scene& scene, std::uint8_t k, std::uint32_t most) HD_RT;
   void watchRest(double dt) HD_RT;
   static void place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT;
+  static void leave(Scene& scene, Entry& entry) HD_RT;
 
   std::array<Entry, kMaxBodies> entry_;
   std::array<std::uint8_t, kMaxObjects> of_slot_ = none();

@@ -19,6 +19,12 @@ bool finiteAndNotNegative(std::initializer_list<double> values) HD_RT {
 
 constexpr double kOn = 1e-5, kOff = 1e-4;  ///< Gaps at which a contact begins and ends [m].
 
+/** The object that it is part of, below the root. */
+std::uint32_t wholeOf(const Scene& scene, std::uint32_t slot) HD_RT {
+  while (scene.slot(slot).parent != 0) slot = scene.slot(slot).parent;
+  return scene.slot(slot).id;
+}
+
 }  // namespace
 
 ErrorCode HeldTool::attach(const AttachTool& order, const Scene& scene) HD_RT {
@@ -74,7 +80,7 @@ void HeldTool::gather(const Scene& scene, const FreeBodies& bodies) HD_RT {
     if (!isFelt(object)) continue;
     const std::uint8_t body = bodies.find(slot);
     // What moves passes what is not felt, and that passes it.
-    if (!isFelt(self) && (body != FreeBodies::kNone || bodies.isInHand(object.id))) continue;
+    if (!isFelt(self) && (body != FreeBodies::kNone || bodies.isInHand(wholeOf(scene, slot)))) continue;
     // Skip contacts with what has been replaced or has jumped: by its whole leap deep, they would hit the hand.
     if (asked_ < bodies.arrivedIn(scene, slot)) continue;
     body_of_[touches_] = body;

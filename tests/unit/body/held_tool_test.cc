@@ -181,33 +181,6 @@ TEST(HeldTool, GoesWithItsObjectAndRefusesWhatIsNoTool) {
   EXPECT_FALSE(tool.held());
 }
 
-/** Of what has no mass: it does not go on with the speed of the hand. */
-TEST(HeldTool, WhatIsLetGoOfStaysThere) {
-  enum class LetGo { kPutAway, kForAnother };
-  for (const LetGo how : {LetGo::kPutAway, LetGo::kForAnother}) {
-    House house;
-    house.send(CommandKind::kAddObject, object(kWall, ShapeKind::kSphere, {0.01, 0, 0}, {0.5, 0.5, 0}));
-    house.hold();
-    for (int i = 0; i < 200; ++i) {
-      house.aim({3e-4 * i, 0, 0.04}, Vec3(0, 0, 1e-3 * i));
-      house.run(1);
-    }
-    const auto seen = [&]() -> const SceneObject& { return *house.servo->cycle().scene().find(kTool); };
-    ASSERT_GT(seen().V_WO.v.x(), 0.1);
-    const std::uint32_t edits = seen().client_edits[SceneObject::kPlace];
-    const Pose let_go = seen().X_WO;
-    AttachTool other = house.tool();
-    other.object = kWall;
-    how == LetGo::kPutAway ? house.send(CommandKind::kDetachTool, DeviceRef{0})
-                           : house.send(CommandKind::kAttachTool, other);
-    house.run(500);
-    EXPECT_LT((seen().X_WO.p - let_go.p).norm(), 1e-3) << static_cast<int>(how);
-    EXPECT_LT(seen().X_WO.q.angularDistance(let_go.q), 0.01);
-    EXPECT_TRUE(seen().V_WO.v.isZero(0));
-    EXPECT_GT(seen().client_edits[SceneObject::kPlace], edits) << "so that control and other groups learn it";
-  }
-}
-
 /** Each touch that is told has its end told before the next one, whatever ends it. */
 TEST(HeldTool, TakingItUpAndLettingGoEndsWhatTouched) {
   House house;
@@ -427,7 +400,8 @@ TEST(HeldTool, OneThatIsNotFeltPassesABodyThatMoves) {
 /** Two in the hands of two, one 1 mm in the other. */
 TEST(HeldTool, OneThatIsNotFeltPassesAnother) {
   constexpr std::uint32_t kLower = makeObjectId(4, 1);
-  for (const bool felt : {true, false}) {
+  constexpr std::uint32_t kPart = makeObjectId(5, 1);
+  for (const auto& [felt, as_part] : {std::pair{true, false}, {false, false}, {true, true}, {false, true}}) {
     CycleConfig config;
     config.device_count = 2;
     test::SteppedCycle hands(config);
@@ -437,6 +411,9 @@ TEST(HeldTool, OneThatIsNotFeltPassesAnother) {
       tool.device = id == kTool ? 0 : 1;
       hands.put(CommandKind::kAttachTool, tool);
     }
+    AddObject part = object(kPart, ShapeKind::kBox, {0.01, 0.02, 0.005}, {0, 0, 0});
+    part.parent = kLower;
+    hands.add(part);
     if (!felt) hands.put(CommandKind::kObjectMaterial, hd_object_material{kTool, 0, {}});
     hands.input->device[1].p.z() = -0.009;
     hands.input->device[1].fresh = true;
@@ -444,10 +421,10 @@ TEST(HeldTool, OneThatIsNotFeltPassesAnother) {
     ToolContacts found{};
     found.object = kTool;
     found.count = 1;
-    found.point[0] = {{0, 0, -0.005F}, {0, 0, 1}, 0.005F, objectSlot(kLower) << 24 | 1};
+    found.point[0] = {{0, 0, -0.005F}, {0, 0, 1}, 0.005F, objectSlot(as_part ? kPart : kLower) << 24 | 1};
     hands.answer(found);
     hands.at(Vec3::Zero());
-    EXPECT_EQ(hands.cycle->tool(0).last().touching > 0, felt);
+    EXPECT_EQ(hands.cycle->tool(0).last().touching > 0, felt) << as_part;
   }
 }
 

@@ -20,7 +20,7 @@ const Vec3 kSceneMiddle(1.5, -0.7, 1.1), kWayDown(0, 0, -9.81);
 constexpr std::uint32_t kGroundBelow = makeObjectId(30, 1), kFallingBody = makeObjectId(21, 1);
 constexpr double kSecondsATick = 1e-3;
 
-struct Solid {
+struct TurnedSolid {
   const char* name;
   ShapeKind kind;
   Vec3 size;
@@ -55,7 +55,7 @@ struct Told {
   }
 };
 
-test::TestMesh meshOf(const Solid& solid, const Told& told) {
+test::TestMesh meshOf(const TurnedSolid& solid, const Told& told) {
   test::TestMesh mesh = test::boxMesh(solid.size);
   if (solid.open) {  // The top alone.
     mesh = test::TestMesh();
@@ -70,14 +70,14 @@ test::TestMesh meshOf(const Solid& solid, const Told& told) {
 }
 
 /** Where its centre of mass is after each tick, as if nothing had been told otherwise. */
-std::vector<Vec3> wayOf(const Solid& body, const Solid& ground, unsigned seed, const Told& told) {
+std::vector<Vec3> wayOf(const TurnedSolid& body, const TurnedSolid& ground, unsigned seed, const Told& told) {
   Random random(seed);
   test::ToolHouse house;
   house.aim({0.1, 0.1, 0.2});
   test::TestMesh body_mesh = meshOf(body, told), ground_mesh = meshOf(ground, told);
   house.meshes.publish(3, body_mesh.view());
   house.meshes.publish(4, ground_mesh.view());
-  const auto add = [&](std::uint32_t id, const Solid& solid, const Pose& X, std::uint32_t mesh) {
+  const auto add = [&](std::uint32_t id, const TurnedSolid& solid, const Pose& X, std::uint32_t mesh) {
     AddObject order = object(id, solid.kind, solid.size, X.p);
     order.shape.mesh = mesh;
     store(X.q, order.q);
@@ -125,26 +125,26 @@ std::size_t firstTouch(const std::vector<Vec3>& way) {
 }
 
 /** A box has hundreds of points, of which others are kept in another frame. */
-double allowedApart(const Solid& body) { return body.kind == ShapeKind::kBox ? 2e-5 : 1e-9; }
+double allowedApart(const TurnedSolid& body) { return body.kind == ShapeKind::kBox ? 2e-5 : 1e-9; }
 
 TEST(SameInAnyFrame, ABodyThatFallsOnSomething) {
   const Vec3 half(0.02, 0.015, 0.01), ground_half(0.1, 0.1, 0.01);
-  const Solid bodies[] = {{"box", ShapeKind::kBox, half},
-                          {"mesh", ShapeKind::kMesh, half},
-                          {"ball", ShapeKind::kSphere, {0.01, 0, 0}},
-                          {"capsule", ShapeKind::kCapsule, {0.006, 0.02, 0}},
-                          {"cylinder", ShapeKind::kCylinder, {0.01, 0.015, 0}}};
-  const Solid grounds[] = {{"box", ShapeKind::kBox, ground_half},
-                           {"mesh", ShapeKind::kMesh, ground_half},
-                           {"sheet", ShapeKind::kMesh, ground_half, true}};
+  const TurnedSolid bodies[] = {{"box", ShapeKind::kBox, half},
+                                {"mesh", ShapeKind::kMesh, half},
+                                {"ball", ShapeKind::kSphere, {0.01, 0, 0}},
+                                {"capsule", ShapeKind::kCapsule, {0.006, 0.02, 0}},
+                                {"cylinder", ShapeKind::kCylinder, {0.01, 0.015, 0}}};
+  const TurnedSolid grounds[] = {{"box", ShapeKind::kBox, ground_half},
+                                 {"mesh", ShapeKind::kMesh, ground_half},
+                                 {"sheet", ShapeKind::kMesh, ground_half, true}};
   const Told otherwise[] = {{.name = "turned", .turn = fromRotationVector({0.7, -0.4, 1.1})},
                             {.name = "mirrored", .mirrored = true},
                             {.name = "drifting", .drift = {0.2, 0.1, 0}},
                             {.name = "made in another order", .body_first = true},
                             {.name = "with triangles in another order", .triangles_about = true}};
   constexpr unsigned kSeed = 2;
-  for (const Solid& body : bodies) {
-    for (const Solid& ground : grounds) {
+  for (const TurnedSolid& body : bodies) {
+    for (const TurnedSolid& ground : grounds) {
       const std::vector<Vec3> way = wayOf(body, ground, kSeed, {"as it is"});
       const std::size_t soon = firstTouch(way) + 10;
       ASSERT_LT(soon, way.size()) << body.name << " on " << ground.name;

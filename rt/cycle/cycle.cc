@@ -197,7 +197,7 @@ ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
     bodies_.moved(command.as<hd_object_pose>(), command.session == kControlSession, scene_.tick());
     // Of what it had sent ahead the place holds still, but nobody is there who would end the motion.
     if (command.session < kMaxSessions && sessions_[command.session].life() == SessionShare::Life::kLost)
-      scene_.halt(command.session);
+      stand(command.as<hd_object_pose>().object);
   }
   return code;
 }

@@ -92,6 +92,8 @@ class Cycle {
   [[nodiscard]] const CycleConfig& config() const HD_RT { return config_; }
   /** Tells on where `former` ended: nothing twice, and of what it told the end. No force depends on it. */
   void tellOn(const Cycle& former) noexcept;
+  /** What made it were orders, and no edits of clients. */
+  void forgetEdits() HD_RT { scene_.forgetEdits(); }
   /** Commands that wait for their tick, in the order they arrived. */
   [[nodiscard]] std::span<const Command> pending() const HD_RT { return {pending_.data(), pending_count_}; }
 

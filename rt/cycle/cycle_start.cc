@@ -7,8 +7,11 @@ namespace hapticd {
 void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orders) {
   for (Command& order : orders) {  // What a session moves is to stand when that is lost.
     if (order.kind != CommandKind::kObjectPose) continue;
-    const std::uint32_t mover = cycle.scene().moverOf(order.as<hd_object_pose>().object);
+    const auto& pose = order.as<hd_object_pose>();
+    const std::uint32_t mover = cycle.scene().moverOf(pose.object);
     if (mover >= kMaxSessions) continue;
+    const Twist& V = cycle.scene().find(pose.object)->V_PO;
+    if (vec3(pose.v) != V.v || vec3(pose.w) != V.w) continue;  // Control has a newer one, of another's.
     order.session = mover;
     order.channel = 1;
   }
@@ -59,6 +62,7 @@ std::unique_ptr<Cycle> makeCycle(const CycleStart& start, const MeshTable& meshe
     std::copy_n(start.orders.begin() + static_cast<std::ptrdiff_t>(i), input->command_count, input->command.begin());
     cycle->applyCommands(*input, *output);
   }
+  cycle->forgetEdits();
   return cycle;
 }
 

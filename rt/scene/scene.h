@@ -145,6 +145,10 @@ class Scene {
    */
   ErrorCode apply(const Command& command) HD_RT;
 
+  /** As if all that is there had come by control's orders. */
+  void forgetEdits() HD_RT {
+    for (SceneObject& object : objects_) object.client_edits = {};
+  }
   /** What that session has given a velocity stands from now on: nobody is there who would end its motion. */
   void halt(std::uint32_t session) HD_RT;
   /** Command::session of who has given the object its velocity; kControlSession of one that stands or is gone. */

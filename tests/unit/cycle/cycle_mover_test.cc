@@ -114,15 +114,23 @@ TEST_F(CycleMover, OfALostSessionNothingGoesOnInACycleThatWasMadeAnew) {
     const SceneObject& before = object(id);
     start.orders.push_back(makeCommand(CommandKind::kObjectPose, poseMessage(id, before.X_PO, before.V_PO)));
   }
+  // Control has given this one another velocity, which the cycle before has not taken.
+  start.orders.push_back(
+      makeCommand(CommandKind::kAddObject, test::solid(kChild, ShapeKind::kBox, {}, {}, Vec3(1, 1, 1))));
+  start.orders.push_back(makeCommand(CommandKind::kObjectPose, poseMessage(kChild, Pose{}, {2 * kV, Vec3::Zero()})));
+  move(kChild, kLost);
+  step();
   restate(*cycle, start.now_ns, start.orders);
   cycle = makeCycle(start, meshes);
   step();
+  EXPECT_EQ(object(kHis).client_edits[SceneObject::kPlace], 0u) << "what control has ordered it is not told";
   expectMoving(kHis);
   session(CommandKind::kLoseSession, kLost);
   step();
   step();
   expectStill(kHis);
   expectMoving(kTheirs);
+  EXPECT_FALSE(object(kChild).V_PO.v.isZero(0));
 }
 
 }  // namespace

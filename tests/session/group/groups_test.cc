@@ -225,7 +225,7 @@ TEST(AGroupThatCloses, LeavesNothingOnTheWayThatASessionGaveIt) {
     ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
               ErrorCode::kOk);
   }
-  bench.step(3);
+  bench.step(4);
   bench.core.disconnect(bench.connection);
   ASSERT_TRUE(bench.core.closeDevice("test://first", bench.administration).ok());
   for (std::size_t i = 0; i < ids.size(); ++i) {

@@ -52,17 +52,12 @@ class Daemon {
   Daemon& operator=(const Daemon&) = delete;
 
   void start(const Vec3& hip) {
-    // A jump out of reach and one to the start: both teleports, which sweep nothing.
+    // A jump out of reach and one to the start: both teleports, which sweep nothing. The ramp runs out in between,
+    // where nothing is felt: it would wait for a force to become small.
     haptic_algorithm_contact contact{};
     moveTo(Vec3(-kAway, 0, 0), contact);
+    awaitFullForce();
     moveTo(hip, contact);
-    const steady_clock::time_point end = steady_clock::now() + kPatience;
-    while ((sample().flags & HAPTIC_SAMPLE_RAMPING) != 0) {
-      checkDaemonInterrupted();
-      if (steady_clock::now() > end)
-        throw Failure("daemon", "its force is still ramping after 2 s", "hapticctl status");
-      pauseBriefly();
-    }
   }
 
   void step(const Vec3& hip, const Vec3&, double, haptic_algorithm_contact& contact) { moveTo(hip, contact); }
@@ -71,6 +66,8 @@ class Daemon {
 
  private:
   static constexpr double kAway = 5;  // [m]
+  /** With its ramp: how long that is no daemon tells; the configuration's longest is 60 s. */
+  static constexpr std::chrono::seconds kRampPatience = std::chrono::seconds(60) + kPatience;
 
   haptic::Client connect(const haptic_algorithm_problem& problem) {
     Spec options(std::string("daemon:") + problem.options);
@@ -88,6 +85,22 @@ class Daemon {
   }
 
   [[nodiscard]] haptic_sample sample() const { return latestSample(*session_, "daemon"); }
+
+  void awaitFullForce() const {
+    const steady_clock::time_point end = steady_clock::now() + kRampPatience;
+    for (bool was_armed = false;;) {
+      checkDaemonInterrupted();
+      const std::uint32_t flags = sample().flags;
+      const bool armed = (flags & HAPTIC_SAMPLE_ARMED) != 0;
+      if (armed && (flags & HAPTIC_SAMPLE_RAMPING) == 0) return;
+      if (was_armed && !armed)
+        throw Failure("daemon", "its device was disarmed while its force ramped up", "hapticctl status");
+      if (steady_clock::now() > end)
+        throw Failure("daemon", "its full force has not come for 62 s, the longest ramp", "hapticctl status");
+      was_armed = armed;
+      pauseBriefly();
+    }
+  }
 
   void moveTo(const Vec3& hip, haptic_algorithm_contact& contact) {
     checkDaemonInterrupted();

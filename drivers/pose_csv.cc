@@ -3,7 +3,10 @@
  */
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <initializer_list>
+#include <span>
 
 #include "drivers/number.h"
 #include "drivers/pose_track.h"
@@ -20,7 +23,8 @@ constexpr double kMaxTime_s = 1e7, kLeastStep_s = 1e-12;  ///< Less would be spe
 
 struct Layout {
   std::array<std::size_t, kColumns> field;
-  std::size_t device = kAbsent;  ///< Which of several, of an exported recording.
+  std::array<double, kColumns> scale;  ///< To SI.
+  std::size_t device = kAbsent;        ///< Which of several, of an exported recording.
   std::string_view first_device;
   std::int64_t origin_ns = 0;  ///< Time of the first row, whichever of the two is in use.
   double origin_s = 0;
@@ -62,14 +66,36 @@ bool split(std::string_view line, std::vector<std::string_view>& fields) {
   return true;
 }
 
-Column columnOf(std::string_view name, bool& nanoseconds) {
-  nanoseconds = name == "t_ns" || name == "time_ns";
-  if (nanoseconds || name == "t" || name == "t_s" || name == "time" || name == "time_s") return kTime;
-  if (name == "px" || name == "p_x" || name == "x_m") return kX;
-  if (name == "py" || name == "p_y" || name == "y_m") return kY;
-  if (name == "pz" || name == "p_z" || name == "z_m") return kZ;
+struct Unit {
+  std::string_view suffix;
+  double scale;
+};
+
+constexpr double kNanoseconds = 0;  ///< In the place of a scale: those are integers.
+constexpr Unit kTimes[] = {{"", 1}, {"_s", 1}, {"_ms", 1e-3}, {"_us", 1e-6}, {"_ns", kNanoseconds}};
+constexpr Unit kLengths[] = {{"", 1}, {"_m", 1}, {"_mm", 1e-3}, {"_um", 1e-6}};
+
+/** The scale of `name`, if it is one of `names` with one of `units` behind it. */
+std::optional<double> scaleOf(std::string_view name, std::initializer_list<std::string_view> names,
+                              std::span<const Unit> units) {
+  for (const Unit& unit : units) {
+    if (!name.ends_with(unit.suffix)) continue;
+    const std::string_view plain = name.substr(0, name.size() - unit.suffix.size());
+    if (std::find(names.begin(), names.end(), plain) != names.end()) return unit.scale;
+  }
+  return {};
+}
+
+Column columnOf(std::string_view name, double& scale) {
+  std::optional<double> found = scaleOf(name, {"t", "time"}, kTimes);
+  Column column = kTime;
+  if (!found && (found = scaleOf(name, {"x", "px", "p_x"}, kLengths))) column = kX;
+  if (!found && (found = scaleOf(name, {"y", "py", "p_y"}, kLengths))) column = kY;
+  if (!found && (found = scaleOf(name, {"z", "pz", "p_z"}, kLengths))) column = kZ;
+  scale = found.value_or(1);
+  if (found) return column;
   if (name == "gripper") return kGripper;
-  for (std::size_t i = kX; i < kColumns; ++i) {
+  for (std::size_t i = kQw; i < kColumns; ++i) {
     if (name == kNames[i]) return static_cast<Column>(i);
   }
   return kColumns;
@@ -123,6 +149,7 @@ class Parser {
 
   Result<void> assumeLayout(Layout& layout) const {
     layout.field.fill(kAbsent);
+    layout.scale.fill(1);
     if (fields_.size() != 4 && fields_.size() != 8) {
       return fault(0, fmt::format("{} columns without a header", fields_.size()),
                    "give t,x,y,z or t,x,y,z,qw,qx,qy,qz, or name the columns in the first line");
@@ -133,11 +160,13 @@ class Parser {
 
   Result<void> readHeader(Layout& layout) const {
     layout.field.fill(kAbsent);
+    layout.scale.fill(1);
     for (std::size_t i = 0; i < fields_.size(); ++i) {
       if (fields_[i] == "device") layout.device = i;
-      bool nanoseconds = false;
-      const Column column = columnOf(fields_[i], nanoseconds);
+      double scale = 1;
+      const Column column = columnOf(fields_[i], scale);
       if (column == kColumns) continue;
+      const bool nanoseconds = column == kTime && scale == kNanoseconds;
       if (column == kTime && layout.field[kTime] != kAbsent && nanoseconds != layout.integer_time) {
         // Both t_s and t_ns, as hapticctl monitor writes: nanoseconds lose nothing.
         if (nanoseconds) layout.field[kTime] = i;
@@ -148,12 +177,13 @@ class Parser {
         return fault(i + 1, fmt::format("a second column for {}", kNames[column]), "keep one of them");
       }
       layout.field[column] = i;
+      layout.scale[column] = scale;
       if (nanoseconds) layout.integer_time = true;
     }
     for (const Column column : {kTime, kX, kY, kZ}) {
       if (layout.field[column] == kAbsent) {
         return fault(0, fmt::format("the header names no column {}", kNames[column]),
-                     "name time t or t_ns and position x, y, z (or px, py, pz)");
+                     "name time t or t_ns and position x, y, z (or px, py, pz), or with a unit: t_ms, x_mm");
       }
     }
     const bool any = layout.field[kQw] != kAbsent || layout.field[kQx] != kAbsent || layout.field[kQy] != kAbsent ||
@@ -193,7 +223,7 @@ class Parser {
       }
       const std::optional<double> read = number(text);
       if (!read) return badNumber(layout, i, text);
-      value[i] = *read;
+      value[i] = *read * layout.scale[i];
     }
     return check(layout, value, row, earlier);
   }
@@ -219,7 +249,7 @@ class Parser {
       if (std::abs(row.p[i]) > kMaxPosition_m) {
         return fault(layout.field[kX + static_cast<std::size_t>(i)] + 1,
                      fmt::format("{} m is more than {} m from the origin", formatNumber(row.p[i]), kMaxPosition_m),
-                     "positions are in metres");
+                     "name the column with its unit, as x_mm");
       }
     }
     if (layout.field[kQw] != kAbsent) {

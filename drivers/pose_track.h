@@ -61,11 +61,11 @@ class PoseTrack {
 };
 
 /**
- * Reads comma-separated rows. With a header line, columns are found by name: time t, t_s, time or time_s in seconds or
- * (before these) t_ns or time_ns in nanoseconds; position x, y, z or px, py, pz [m]; optionally rotation qw, qx, qy,
- * qz, gripper_rad and buttons (a bit mask); others are passed over. Without one they are t,x,y,z[,qw,qx,qy,qz]. Empty
- * lines and those that begin with '#' are passed over. Times must rise from row to row. Errors name `name`, line and
- * column; kCancelled once `given_up` is true. Fuzzed.
+ * Reads comma-separated rows. With a header line, columns are found by name: time t or time in seconds, position x, y,
+ * z or px, py, pz in metres, or with a unit behind: t_ms, x_mm (t_ns goes before another time); optionally rotation qw,
+ * qx, qy, qz, gripper_rad and buttons (a bit mask); others are passed over. Without one they are t,x,y,z[,qw,qx,qy,qz].
+ * Empty lines and those that begin with '#' are passed over. Times must rise from row to row. Errors name `name`, line
+ * and column; kCancelled once `given_up` is true. Fuzzed.
  */
 [[nodiscard]] Result<std::shared_ptr<const PoseTrack>> parsePoseCsv(std::string_view text, std::string_view name,
                                                                     const std::atomic<bool>* given_up = nullptr);

@@ -84,6 +84,16 @@ TEST(PoseCsv, ReadsWhatMonitorWrites) {
   EXPECT_THAT(refusal("t_ns,x,y,z,t_s,time_ns\n0,0,0,0,0,0\n"), HasSubstr("a second column for t"));
 }
 
+TEST(PoseCsv, TakesTheUnitBehindAName) {
+  const auto track = good("time_ms,px_mm,y_m,z_um\n500,0,0,0\n2500,20,1,-30\n");
+  EXPECT_DOUBLE_EQ(track->duration(), 2);
+  EXPECT_LT((track->rows()[1].p - Vec3(0.02, 1, -30e-6)).norm(), 1e-15);
+  EXPECT_DOUBLE_EQ(good("t_ms,x,y,z,t_ns\n0,0,0,0,0\n9,0,0,0,2\n")->duration(), 2e-9);
+  EXPECT_THAT(refusal("t,x_inch,y,z\n0,0,0,0\n"), HasSubstr("no column x"));
+  EXPECT_THAT(refusal("t,x_mm,y,z,x\n0,0,0,0,0\n"), HasSubstr("a second column for x"));
+  EXPECT_THAT(refusal("t,x_mm,y,z\n0,10001,0,0\n"), HasSubstr("10.001 m is more than 10 m"));
+}
+
 TEST(PoseCsv, QuotedHeaderByteOrderMarkAndMissingLastNewline) {
   const auto track = good("\xef\xbb\xbf\"time_s\",\"x\",\"y\",\"z\"\n1,1,2,3\n2,1,2,4");
   ASSERT_EQ(track->rows().size(), 2u);

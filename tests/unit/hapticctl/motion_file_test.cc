@@ -56,6 +56,13 @@ TEST_F(MotionFileTest, TakesTheUnitBehindAName) {
   EXPECT_EQ(refusal("t,x_inch,y,z\n0,0,0,0\n1,0,0,0\n"), "m.csv:1: no column 'x'");
 }
 
+TEST_F(MotionFileTest, NeedsNoHeaderAsTheSimulatedDeviceNeedsNone) {
+  EXPECT_EQ(read("0,0,0,0\n3,1,2,3\n").duration(), 3);
+  EXPECT_THAT(read("0,0,0,0\n3,1,2,3\n").at(3), ElementsAre(1, 2, 3));
+  EXPECT_THAT(read("0,0,0,0,1,0,0,0\n3,1,2,3,1,0,0,0\n").at(3), ElementsAre(1, 2, 3));
+  EXPECT_EQ(refusal("0,0,0,0,1\n1,0,0,0,1\n"), "m.csv:1: no column 't'");
+}
+
 // A recording's export; it was said that time does not rise.
 TEST_F(MotionFileTest, IsOfOneDevice) {
   EXPECT_EQ(refusal("device,t,x,y,z\n1,0,0,0,0\n0,0,1,1,1\n1,1,0,0,0\n0,1,1,1,1\n"),

@@ -38,8 +38,8 @@ double scaleOf(std::string_view name, std::size_t c) {
     std::string_view suffix;
     double scale;
   };
-  constexpr std::array<Unit, 3> kTimes{{{"", 1}, {"_s", 1}, {"_ms", 1e-3}}};
-  constexpr std::array<Unit, 3> kLengths{{{"", 1}, {"_m", 1}, {"_mm", 1e-3}}};
+  constexpr std::array<Unit, 4> kTimes{{{"", 1}, {"_s", 1}, {"_ms", 1e-3}, {"_us", 1e-6}}};
+  constexpr std::array<Unit, 4> kLengths{{{"", 1}, {"_m", 1}, {"_mm", 1e-3}, {"_um", 1e-6}}};
   for (const Unit& unit : c == 0 ? kTimes : kLengths) {
     if (!name.ends_with(unit.suffix)) continue;
     const std::string_view bare = name.substr(0, name.size() - unit.suffix.size());
@@ -90,6 +90,11 @@ Motion Motion::read(const std::string& path) {
     ++number;
     if (line.empty() || line == "\r" || line.front() == '#') continue;
     const auto fields = split(line);
+    if (!columns && (fields.size() == 4 || fields.size() == 8) && parseNumber(fields[0])) {
+      columns = {0, 1, 2, 3};  // No header, as of the daemon's motions: t,x,y,z, and perhaps a quaternion.
+      scales.fill(1);
+      device = fields.size();
+    }
     if (!columns) {
       columns.emplace();
       for (std::size_t c = 0; c < 4; ++c) {
@@ -134,8 +139,7 @@ Motion Motion::read(const std::string& path) {
     }
     out.rows_.push_back({values[0], {values[1], values[2], values[3]}});
   }
-  if (out.rows_.size() < 2)
-    throw Failure{kExitFile, path, "holds fewer than two rows", "a header t,x,y,z and rows of numbers"};
+  if (out.rows_.size() < 2) throw Failure{kExitFile, path, "holds fewer than two rows", "rows of t,x,y,z"};
   const double start = out.rows_.front().t_s;
   for (Row& row : out.rows_) row.t_s -= start;
   return out;

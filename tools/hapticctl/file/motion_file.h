@@ -19,8 +19,9 @@ class Motion {
 
   /**
    * Reads columns t (or time) [s] and x, y, z (or px, py, pz) [m] by the names in the first line, which may carry a
-   * unit: t_s, t_ms, x_m, x_mm. Others are passed over, so that a recording of hapticctl monitor --csv is a motion too.
-   * A motion stays within 10 m and 1e7 s. Throws Failure naming file, line and column.
+   * unit: t_s, t_ms, x_m, x_mm; without names they are t,x,y,z, and perhaps a quaternion. Others are passed over, so
+   * that a recording of hapticctl monitor --csv is a motion too. A motion stays within 10 m and 1e7 s. Throws Failure
+   * naming file, line and column.
    */
   [[nodiscard]] static Motion read(const std::string& path);
 

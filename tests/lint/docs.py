@@ -17,6 +17,8 @@ import tokenize
 
 ROOMS = "proto|rt|drivers|daemon|libclient|tools|tests|systemd|docs|examples"
 PROGRAMS = {"hapticctl": "tools/hapticctl/hapticctl", "haptic-bench": "tools/haptic-bench/haptic-bench"}
+# Whose pages are installed side by side, but for a folder in it: a link that leads elsewhere is dead there.
+INSTALLED = {"docs": "man", "examples": "surgery"}
 UNKNOWN = "--no-such-option"
 
 
@@ -40,6 +42,8 @@ def links(page):
             to = (page.parent / name).resolve() if name else page
             if not to.exists():
                 yield number, f"link to {target}: no such file"
+            elif page.parent.name in INSTALLED and (page.parent not in to.parents or INSTALLED[page.parent.name] in to.parts):
+                yield number, f"link to {target}: is not installed beside this page"
             elif section and section not in anchors(to):
                 yield number, f"link to {target}: no such section"
 

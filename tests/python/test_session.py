@@ -135,11 +135,15 @@ class Pushes(unittest.TestCase):
                 (session.push_spring, {"origin": (0, 0, 0), "material": 1000}, "^material: haptic.Material"),
                 (scene.create, {"name": "a", "pose": (0, 0, 1)}, r"^pose: haptic.Pose\(\(x, y, z\)\)"),
                 (scene.create, {"name": "a", "shape": "sphere"}, "^'sphere' is none of ShapeKind.GROUP, ShapeKind.PLANE, "),
-                (scene.create, {"name": "a", "size": (1, 2, 3, 4)}, "^size: at most 3")):
+                (scene.create, {"name": "a", "size": (1, 2, 3, 4)}, "^size: at most 3"),
+                (scene.create, {"name": "a", "size": 0.01}, "^size: GROUP takes nothing; leave out 0.01$"),
+                (scene.create, {"name": "a", "shape": haptic.ShapeKind.SPHERE, "size": (0.01, 0.02)},
+                 "^size: SPHERE takes its radius; leave out 0.02$")):
             with self.assertRaisesRegex((TypeError, ValueError), words):
                 function(**wrong)
         scene.create("ball", haptic.ShapeKind.SPHERE, 0.01)
         self.assertEqual(scene.find("ball").size, (0.01, 0, 0))
+        scene.set_shape("ball", haptic.ShapeKind.SPHERE, scene.find("ball").size)  # As it is told.
         with self.assertRaisesRegex(haptic.HapticError, "^path_count: is 1 "):
             scene.set_effect("ball", haptic.EffectKind.GUIDE, path=[(0, 0, 0)])
 

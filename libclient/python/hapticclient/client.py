@@ -83,10 +83,17 @@ def _raw_pose(pose: Pose) -> Any:
     return _abi.Pose(p=arrays.vector(pose[0], "pose.p"), q=arrays.vector(pose[1], "pose.q", 4))
 
 
+_SIZES = {ShapeKind.SPHERE: (1, "its radius"), ShapeKind.BOX: (3, "its half-extents x, y, z"),
+          ShapeKind.CAPSULE: (2, "its radius and half-length"), ShapeKind.CYLINDER: (2, "its radius and half-length")}
+
+
 def _raw_shape(kind: ShapeKind, size: Size, mesh: int) -> Any:
     given = np.ravel(size)
     if len(given) > 3:
         raise ValueError(f"size: at most 3 numbers, got {len(given)}")
+    most, what = _SIZES.get(ShapeKind(kind), (0, "nothing"))
+    if any(given[most:] != 0):  # Zeros stand there in an ObjectState, whose size fits as it is.
+        raise ValueError(f"size: {ShapeKind(kind).name} takes {what}; leave out {', '.join(map(str, given[most:]))}")
     return _abi.Shape(kind=int(ShapeKind(kind)), mesh=mesh, size=arrays.vector([*given, 0.0, 0.0, 0.0][:3], "size"))
 
 

@@ -168,6 +168,9 @@ class Core {
   [[nodiscard]] Result<void> attachTool(OpenDevice& device, const ToolWish& wish, const Client& by);
   /** SceneModel::setShape(), but what is in a hand keeps a shape that can be held, and is held anew as it now is. */
   [[nodiscard]] Result<void> setShape(std::string_view name, const ShapeSpec& shape);
+  /** As SceneModel's, but kWouldBlock while it is in a hand, which alone says where it is. */
+  [[nodiscard]] Result<void> setPose(std::string_view name, const Pose& X_PO);
+  [[nodiscard]] Result<void> setVelocity(std::string_view name, const Twist& V_PO);
   [[nodiscard]] Result<void> detachTool(OpenDevice& device, const Client& by);
   /** A spring [N/rad] that opens the gripper where it is closed further than `width` [rad]. Who may: as setRadius.
    * kUnsupported without a gripper that can push. */
@@ -283,6 +286,7 @@ class Core {
   Result<Session*> leaseHolder(std::uint64_t id, const char* to_do);
   void hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& object);
   void holdAnew(OpenDevice& device);
+  [[nodiscard]] Result<void> notInHand(std::string_view name, const char* where);
   void tellTool(const OpenDevice& device, const std::string& object, const std::string& what);
   void tellPutAway(const OpenDevice& device, const HeldObject& held);
   [[nodiscard]] Result<void> mayRunServos() const;

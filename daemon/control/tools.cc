@@ -154,6 +154,27 @@ Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
   return set;
 }
 
+Result<void> Core::notInHand(std::string_view name, const char* where) {
+  const auto object = scene_.find(name);
+  for (const auto& device : devices_.devices()) {
+    if (!object || device->tool.object != name || device->tool.id != object->id) continue;
+    return Error{ErrorCode::kWouldBlock, where,
+                 fmt::format("'{}' is in the hand of {}, and where that is", name, device->name),
+                 "detach it there first"};
+  }
+  return {};
+}
+
+Result<void> Core::setPose(std::string_view name, const Pose& X_PO) {
+  if (auto r = notInHand(name, "pose"); !r) return r;
+  return scene_.setPose(name, X_PO);
+}
+
+Result<void> Core::setVelocity(std::string_view name, const Twist& V_PO) {
+  if (auto r = notInHand(name, "velocity"); !r) return r;
+  return scene_.setVelocity(name, V_PO);
+}
+
 Result<void> Core::detachTool(OpenDevice& device, const Client& by) {
   if (auto r = mayChange(device, by); !r) return r;
   const HeldObject held = std::exchange(device.tool, {});

@@ -38,32 +38,32 @@ Result<Vec3> parseVec3(std::string_view value, const std::string& where, const c
 Result<void> setPos(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
   auto p = parseVec3(value, where, kPlace);
   if (!p) return p.error();
-  return core.scene().setPose(object.spec.name, {*p, object.spec.X_PO.q});
+  return core.setPose(object.spec.name, {*p, object.spec.X_PO.q});
 }
 
 Result<void> setRot(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
   auto n = numbersOf(value, 4, where, "w,x,y,z of a quaternion: 0.966,0,0,0.259 turns by 30 degrees about z");
   if (!n) return n.error();
-  return core.scene().setPose(object.spec.name, {object.spec.X_PO.p, Quat((*n)[0], (*n)[1], (*n)[2], (*n)[3])});
+  return core.setPose(object.spec.name, {object.spec.X_PO.p, Quat((*n)[0], (*n)[1], (*n)[2], (*n)[3])});
 }
 
 Result<void> setPose(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
   auto pose = parsePose(value, where);
   if (!pose) return pose.error();
-  return core.scene().setPose(object.spec.name, *pose);
+  return core.setPose(object.spec.name, *pose);
 }
 
 Result<void> setWorldPos(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
   auto p = parseVec3(value, where, kPlace);
   if (!p) return p.error();
   const Pose X_PW = core.scene().worldPose(object.spec.parent).inverse();
-  return core.scene().setPose(object.spec.name, {X_PW * *p, object.spec.X_PO.q});
+  return core.setPose(object.spec.name, {X_PW * *p, object.spec.X_PO.q});
 }
 
 Result<void> setVelocity(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {
   auto v = parseVec3(value, where, "x,y,z in metres a second: 0.05,0,0");
   if (!v) return v.error();
-  return core.scene().setVelocity(object.spec.name, {*v, object.V_PO.w});
+  return core.setVelocity(object.spec.name, {*v, object.V_PO.w});
 }
 
 Result<void> setMaterial(Core& core, const ObjectNow& object, std::string_view value, const std::string& where) {

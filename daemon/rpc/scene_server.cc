@@ -81,7 +81,7 @@ kj::Promise<void> SceneServer::find(FindContext context) {
 
 kj::Promise<void> SceneServer::setPose(SetPoseContext context) {
   return answerEdit(core_, connection_, context,
-                    [&](auto& name, auto params) { return core_.scene().setPose(name, read(params.getPose())); });
+                    [&](auto& name, auto params) { return core_.setPose(name, read(params.getPose())); });
 }
 
 kj::Promise<void> SceneServer::setMaterial(SetMaterialContext context) {

@@ -224,6 +224,22 @@ class Pushes(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "at most 3"):
             scene.set_shape("ball", haptic.ShapeKind.BOX, (1, 2, 3, 4))
 
+    def test_what_a_hand_holds_is_where_that_is(self):
+        scene, session = self.client.scene, self.session
+        number = scene.create("pen", haptic.ShapeKind.SPHERE, 0.01, pose=haptic.Pose((0, 0, 0.3)))
+        self.addCleanup(scene.remove, "pen")
+        self.client.set("/devices/sim/tool?value=pen")
+        in_hand = lambda: abs(scene.find("pen").pose.p[2]) < 0.05
+        self.assertTrue(eventually(in_hand))
+        with self.assertRaisesRegex(haptic.HapticError, "in the hand of .*detach it there first") as caught:
+            scene.set_pose("pen", haptic.Pose((0, 0, -0.3)))
+        self.assertEqual(caught.exception.code, haptic.Code.WOULD_BLOCK)
+        self.last = session.push_object_pose(number, (0, 0, -0.3), (1, 0, 0, 0))  # Does nothing, as docs/client.md says.
+        self.none_refused()
+        self.assertTrue(eventually(in_hand))
+        self.client.set("/devices/sim/tool?value=")
+        scene.set_pose("pen", haptic.Pose((0, 0, -0.3)))
+
     def test_vertices_of_a_deformable_mesh(self):
         scene, session = self.client.scene, self.session
         plate = np.array(((-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0))) * 0.05

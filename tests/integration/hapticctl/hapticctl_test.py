@@ -456,6 +456,9 @@ class Tool(Case):
         self.assertIsNone(self.json("get", "/devices/sim/tool"))
         held = self.json("set", "/devices/sim/tool?value=stick,0.2,200,direct,weighs")
         self.assertEqual((held["mass"], held["rendering"], held["weight"]), (0.2, "direct", "felt"))
+        self.assertIn("detach it there first", self.run_ctl("set", "/objects/stick/pos", "0.1,0,0", exit_code=1).stderr)
+        self.run_ctl("add", "sphere", "--size", "0.01", "--name", "stick", "--replace")  # In the hand, too.
+        self.assertEqual(self.json("get", "/objects/stick/shape")["kind"], "sphere")
         self.run_ctl("tool", "detach")
         self.assertIn("tool attach --help", self.run_ctl("tool", "attach", "stick", "--mass", "100", exit_code=2).stderr)
         self.run_ctl("remove", "stick")

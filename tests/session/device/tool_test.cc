@@ -56,6 +56,23 @@ TEST_F(ToolBench, IsAttachedReadAndDetachedByName) {
   EXPECT_EQ(*tree.get(path(), anybody), "null");
 }
 
+// The answer was the place asked for, and the next one the hand's.
+TEST_F(ToolBench, IsWhereTheHandIsAndIsNotPutElsewhere) {
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  bench.step(3);
+  for (const char* const place : {"pos?value=0.1,0,0", "rot?value=0,1,0,0", "pose?value=0.1,0,0,1,0,0,0",
+                                  "worldpos?value=0.1,0,0", "velocity?value=0.1,0,0"}) {
+    const auto refused = tree.set(std::string("/objects/box/") + place, anybody);
+    ASSERT_FALSE(refused.ok()) << place << *refused;
+    EXPECT_EQ(refused.error().code, ErrorCode::kWouldBlock) << place;
+    EXPECT_NE(refused.error().what.find("in the hand of " + device.name), std::string::npos) << refused.error().what;
+  }
+  EXPECT_TRUE(tree.set("/objects/table/pos?value=0,0,-0.1", anybody).ok());
+  ASSERT_TRUE(tree.set(path() + "?value=", anybody).ok());
+  bench.step(3);
+  EXPECT_EQ(*tree.set("/objects/box/pos?value=0.5,0,0", anybody), "[0.5,0.0,0.0]");
+}
+
 TEST_F(ToolBench, KeepsAShapeThatCanBeHeld) {
   ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
   for (const ShapeKind kind : {ShapeKind::kPlane, ShapeKind::kGroup}) {

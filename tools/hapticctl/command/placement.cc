@@ -8,6 +8,7 @@
 #include "tools/hapticctl/lengths.h"
 #include "tools/hapticctl/numbers.h"
 #include "tools/hapticctl/option.h"
+#include "tools/hapticctl/output/to_json.h"
 
 namespace hapticctl {
 
@@ -107,10 +108,22 @@ void requireSameParent(const Placement& p, const haptic_object_state& old) {
                 "leave --parent out, or remove it and load or add it anew", "INVALID_ARGUMENT"};
 }
 
+/** As a tool, whose place is the hand's alone to say. */
+bool isHeld(const Daemon& daemon, const std::string& name) {
+  const auto status = daemon.ask<haptic_status>(haptic_get_status);
+  for (std::uint32_t i = 0; i < status->device_count; ++i) {
+    const auto text =
+        daemon.ask<haptic_text>(haptic_get, fmt::format("/devices/{}/tool", status->devices[i]->name).c_str());
+    const Json tool = Json::parse(std::string_view(text->text, text->length), nullptr, false);
+    if (tool.is_object() && tool.value("object", "") == name) return true;
+  }
+  return false;
+}
+
 /** What may be refused for its place comes before the shape: the wrong one must not be felt there meanwhile. */
 void show(const Daemon& daemon, const haptic_object& object) {
   daemon.tell(haptic_object_set_material, object.name, &object.material);
-  daemon.tell(haptic_object_set_pose, object.name, &object.pose);
+  if (!isHeld(daemon, object.name)) daemon.tell(haptic_object_set_pose, object.name, &object.pose);
   daemon.tell(haptic_object_set_shape, object.name, &object.shape);
   daemon.tell(haptic_object_set_flags, object.name, object.flags & 7u);
 }

@@ -290,7 +290,7 @@ Failure Connection::attach(const std::string& path, OwnDescriptor socket) {
     disconnect();
     if (failure.code == HAPTIC_DISCONNECTED) {
       failure = {HAPTIC_DISCONNECTED, path, "the daemon hung up",
-                 "it may have too many clients: end some; hapticd's log says why"};
+                 "it ends, or has too many clients: try again, or end some; hapticd's log says why"};
     }
   }
   return failure;

@@ -38,7 +38,7 @@ class Descriptors(Case):
         self.addCleanup(resource.prlimit, pid, resource.RLIMIT_NOFILE, (soft, hard))
         silent = [self.connect() for _ in range(12)]
         said = self.run_ctl("status", exit_code=3).stderr
-        self.assertIn("the daemon hung up\n  it may have too many clients: end some; hapticd's log says why", said)
+        self.assertIn("the daemon hung up\n  it ends, or has too many clients: try again, or end some; hapticd's log says why", said)
         self.assertIn("Too many open files (end clients, or raise LimitNOFILE= or ulimit -n)", self.daemon.log())
         self.run_ctl("--admin", "stop")  # Whoever fills it up does not keep it armed.
         for client in silent:

@@ -202,6 +202,10 @@ class WithDaemon(Case):
         self.assertIn("--size: 10 without a unit is 10.0 m; write 10mm or 10m", made.stderr)
         self.run_ctl("remove", "bead", "tower")
 
+    def test_a_name_has_one_greatest_length(self):
+        for length in (64, 65):
+            self.assertIn("63 is the most", self.run_ctl("add", "sphere", "--size", "0.01", "--name", length * "a", exit_code=1).stderr)
+
     def test_what_cannot_take_a_place_leaves_it_as_it_was(self):
         self.run_ctl("add", "group", "--name", "frame", "--at", "0,0,1")
         self.run_ctl("add", "sphere", "--size", "0.01", "--name", "ball", "--at", "0.3,0,0", "--mass", "0.2")

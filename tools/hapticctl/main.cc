@@ -116,6 +116,16 @@ std::string meantOption(const CLI::App& app, int argc, char** argv) {
   return {};
 }
 
+/** Of those before the first word, which then is the value of one that nobody knows. */
+void failIfNoOption(const CLI::App& app, int argc, char** argv, int word) {
+  for (int i = 1; i < word; ++i) {
+    const std::string name = std::string(argv[i]).substr(0, std::string_view(argv[i]).find('='));
+    if (name == "--socket" || name == "--timeout") i += name == argv[i] ? 1 : 0;  // Over its value.
+    if (name.starts_with('-') && app.get_option_no_throw(name) == nullptr && name != "-" && name != "--")
+      failUsage(name, "no such option", meantOption(app, argc, argv) + "hapticctl --help lists them");
+  }
+}
+
 int run(int argc, char** argv, Globals& globals) {
   for (int i = 1; i < argc && std::strcmp(argv[i], "--") != 0; ++i)
     if (std::strcmp(argv[i], "--json") == 0) globals.json = true;  // Also for what is found before all is read.
@@ -148,7 +158,10 @@ int run(int argc, char** argv, Globals& globals) {
   word = firstWord(argc, argv);
   if (!isOwn(word)) {
     const std::string program = findExternal(argv[word]);
-    if (program.empty()) failUnknown(argv[word], names);
+    if (program.empty()) {
+      failIfNoOption(app, argc, argv, word);
+      failUnknown(argv[word], names);
+    }
     for (int i = 1; i < word; ++i) failIfEmpty(argv, i);
     runExternal(program, argc, argv, word, std::strcmp(argv[word], kImport) == 0);
     throw Failure{kExitRefused, program, std::strerror(errno), {}};

@@ -45,7 +45,7 @@ class WithoutDaemon(Case):
     def test_wrong_command_lines(self):
         for words, expected in ((["stauts"], "did you mean status?"), (["frobnicate"], "no such subcommand"), ([], "--help"),
                                 (["load"], "FILE is required"), (["arm", "--for", "0"], "--for"), (["get", "objects"], "begins with '/'"),
-                                (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "write /a ..."), (["set", "/a=3"], "write /a 3"), (["set", "/a?value=1", "2"], "another behind it"), (["set", "/a", ""], "write '/a?value=' to set nothing"), (["add", "cone"], "no such shape"),
+                                (["get", "/a?value=1"], "hapticctl set"), (["set", "/a"], "write hapticctl set /a VALUE"), (["set", "/a=3"], "write hapticctl set /a 3"), (["--sockt", "x", "status"], "--sockt: no such option\n  did you mean --socket?"), (["set", "/a?value=1", "2"], "another behind it"), (["set", "/a", ""], "write '/a?value=' to set nothing"), (["add", "cone"], "no such shape"),
                                 (["add", "sphere", "--size", "-1"], "at least 1e-06 m"),
                                 (["add", "sphere", "--size", "1e-308"], "at least 1e-06 m"), (["arm", ""], "arm: what follows it is empty"), (["load", "", "--scale", "mm"], "load: what follows it is empty"),
                                 (["add", "plane", "--parent", ""], "--parent: what follows it is empty"), (["--socket", ""], "is empty"), (["--socket=", "status"], "--socket: what follows it is empty"), (["add", "box", "--size=", "--name", "x"], "--size: what follows it is empty"), (["--socket=", "import", "x"], "--socket: what follows it is empty"), (["--socket", "/", "status"], "is a folder"),

@@ -87,8 +87,8 @@ void addSet(CLI::App& app, Action& chosen) {
     }
     if (name.find('?') == std::string::npos) {
       const std::size_t equals = name.find('=');  // '/objects/ball/pos=1,2,3'
-      const std::string given = equals == std::string::npos ? "..." : name.substr(equals + 1);
-      failUsage(name, "no value to set", "write " + name.substr(0, equals) + " " + given);
+      const std::string given = equals == std::string::npos ? "VALUE" : name.substr(equals + 1);
+      failUsage(name, "no value to set", "write hapticctl set " + name.substr(0, equals) + " " + given);
     }
     const Daemon daemon(globals);
     show(*daemon.ask<haptic_text>(haptic_set, name.c_str()), globals.json);

@@ -155,9 +155,9 @@ Result<void> Core::setShape(std::string_view name, const ShapeSpec& shape) {
 }
 
 Result<void> Core::notInHand(std::string_view name, const char* where) {
-  const auto object = scene_.find(name);
   for (const auto& device : devices_.devices()) {
-    if (!object || device->tool.object != name || device->tool.id != object->id) continue;
+    if (device->tool.object != name) continue;
+    if (const auto object = scene_.find(name); !object || object->id != device->tool.id) continue;
     return Error{ErrorCode::kWouldBlock, where,
                  fmt::format("'{}' is in the hand of {}, and where that is", name, device->name),
                  "detach it there first"};

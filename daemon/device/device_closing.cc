@@ -90,7 +90,8 @@ void DeviceManager::keepThings(GroupLink& link) {
   scene_.detach(link);
   inMemory([&] {
     for (const std::uint16_t slot : last.used()) {
-      if (last.moverOf(last.slot(slot).id) != kControlSession) scene_.stand(last.slot(slot).id);
+      const SceneObject& object = last.slot(slot);
+      if (last.moverOf(object.id) != kControlSession) scene_.stand(object.id, object.V_PO);
     }
   });
 }

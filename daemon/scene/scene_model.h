@@ -98,8 +98,8 @@ class SceneModel {
   void detach(CommandSink& sink);
   /** Takes over all that servos tell now: before one goes, for nobody else may know where it had things. */
   void refresh();
-  /** The object with that id, whose mover is gone, stays where it is; a body flies on. */
-  void stand(std::uint32_t id);
+  /** The object with that id, whose mover, who gave it that velocity, is gone, stays where it is; a body flies on. */
+  void stand(std::uint32_t id, const Twist& V_PO);
   /** That servo's cycle was made anew, with orders(): it counts what its clients change from the start. */
   void madeAnew(const CommandSink& sink);
   /** The orders that make the whole scene, as it is now, in an empty servo. */

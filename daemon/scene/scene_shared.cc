@@ -98,10 +98,10 @@ void SceneModel::takeOver(const PosedObject& now, std::size_t sink, Part part, O
   }
 }
 
-void SceneModel::stand(std::uint32_t id) {
+void SceneModel::stand(std::uint32_t id, const Twist& V_PO) {
   Object& object = slots_[objectSlot(id)];
   if (id == 0 || object.id != id || object.spec.body.mass > 0) return;
-  if (object.V_PO.v.isZero(0) && object.V_PO.w.isZero(0)) return;
+  if (object.V_PO.v != V_PO.v || object.V_PO.w != V_PO.w) return;  // Another's by now.
   object.V_PO = {};
   postPart(object, SceneObject::kPlace);
 }

@@ -51,6 +51,17 @@ class SceneModelTest : public ::testing::Test {
   FakeSink sink;
 };
 
+TEST_F(SceneModelTest, WhoseMoverIsGoneStandsUnlessAnotherMovesIt) {
+  scene.attach(sink);
+  const std::uint32_t id = scene.create(sphere("a"), client(1)).value();
+  const Twist V{{0.1, 0, 0}, {0, 0, 0}};
+  ASSERT_TRUE(scene.setVelocity("a", V).ok());
+  scene.stand(id, {{0.1, 0, 0.1}, {0, 0, 0}});
+  EXPECT_EQ(scene.find("a")->V_PO.v, V.v);
+  scene.stand(id, V);
+  EXPECT_TRUE(scene.find("a")->V_PO.v.isZero(0));
+}
+
 TEST_F(SceneModelTest, EveryEditGoesToEveryServoInOrder) {
   FakeSink second;
   scene.attach(second);

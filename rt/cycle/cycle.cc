@@ -154,6 +154,13 @@ ErrorCode Cycle::applyToHand(HeldTool& tool, const Command& command) HD_RT {
   return ErrorCode::kOk;
 }
 
+/** Where it is only its hand says: those who touch it would meet a client's word for a tick. */
+bool Cycle::isHeld(std::uint32_t object) const HD_RT {
+  const auto first = devices_.begin(), last = first + config_.device_count;
+  return std::any_of(first, last,
+                     [=](const DeviceState& d) { return d.tool.held() && d.tool.order().object == object; });
+}
+
 /** What no hand moves on stays where it is; with the hand's last velocity it would go on for ever. */
 void Cycle::stand(std::uint32_t object) HD_RT {
   const SceneObject* const it = scene_.find(object);
@@ -192,6 +199,7 @@ void Cycle::scaleToWorld(DeviceState& device) HD_RT {
 ErrorCode Cycle::applyToBodies(const Command& command) HD_RT {
   if (command.kind == CommandKind::kSetBody) return bodies_.set(command.as<SetBody>(), scene_);
   if (command.kind == CommandKind::kSetGravity) return bodies_.setGravity(command.as<SetGravity>());
+  if (command.session < kMaxSessions && isHeld(command.as<hd_object_pose>().object)) return ErrorCode::kOk;
   const ErrorCode code = scene_.apply(command);
   if (code == ErrorCode::kOk) {
     bodies_.moved(command.as<hd_object_pose>(), command.session == kControlSession, scene_.tick());

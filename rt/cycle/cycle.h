@@ -178,6 +178,7 @@ class Cycle {
   ErrorCode applySessionOrder(const Command& command, const CycleInput& input) HD_RT;
   ErrorCode applyDeviceOrder(const Command& command) HD_RT;
   ErrorCode applyToHand(HeldTool& tool, const Command& command) HD_RT;
+  [[nodiscard]] bool isHeld(std::uint32_t object) const HD_RT;
   void stand(std::uint32_t object) HD_RT;
   ErrorCode applyMount(const SetMount& order) HD_RT;
   void scaleToWorld(DeviceState& device) HD_RT;

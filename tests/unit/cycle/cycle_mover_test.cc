@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "rt/cycle/cycle_start.h"
+#include "tests/support/stepped/attach_tool.h"
 #include "tests/support/stepped/stepped_cycle.h"
 
 namespace hapticd {
@@ -88,6 +89,18 @@ TEST_F(CycleMover, ComeBackItMovesThingsAgain) {
   move(kHis, kLost);
   step();
   expectMoving(kHis);
+}
+
+TEST_F(CycleMover, WhatAHandHoldsIsWhereThatIs) {
+  put(CommandKind::kAttachTool, test::attachBox(kTheirs, {2, 2, 2}, DeviceInfo{}));
+  for (int i = 0; i < 20; ++i) at(Vec3::Zero());
+  const Vec3 p = object(kTheirs).X_WO.p;
+  for (int i = 0; i < 5; ++i) {
+    move(kTheirs, kOther, Vec3(0.005, 0, 0));
+    at(Vec3::Zero());
+    EXPECT_LT((object(kTheirs).X_WO.p - p).norm(), 1e-6);
+    EXPECT_LT(object(kTheirs).V_WO.v.norm(), 1e-3);
+  }
 }
 
 TEST_F(CycleMover, WhatAnotherHasMovedSinceGoesOn) {

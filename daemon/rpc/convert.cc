@@ -86,7 +86,13 @@ SurfaceSpec read(proto::Surface::Reader in) {
 }
 
 ShapeSpec read(proto::Shape::Reader in) {
-  return {static_cast<ShapeKind>(in.getKind()), read(in.getSize()), in.getMesh()};
+  ShapeSpec out{static_cast<ShapeKind>(in.getKind()), read(in.getSize()), in.getMesh()};
+  // Numbers that its kind does not have say nothing, and are not told to who asks.
+  if (out.kind == ShapeKind::kSphere) out.size.y() = 0;
+  if (out.kind != ShapeKind::kBox) out.size.z() = 0;
+  if (out.kind == ShapeKind::kGroup || out.kind == ShapeKind::kPlane || out.kind == ShapeKind::kMesh)
+    out.size.setZero();
+  return out;
 }
 
 GuardLimits read(proto::Limits::Reader in) {

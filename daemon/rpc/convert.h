@@ -18,8 +18,9 @@ void setStatus(proto::Status::Builder out, const Result<void>& result);
 [[nodiscard]] Result<void> checkText(capnp::Text::Reader in, std::size_t most, const char* where);
 /** The same, and the text. */
 [[nodiscard]] Result<std::string> readText(capnp::Text::Reader in, std::size_t most, const char* where);
-inline constexpr std::size_t kMostName = 63;   ///< Bytes of a client's or object's name.
-inline constexpr std::size_t kMostUri = 1024;  ///< Bytes of a device URI.
+inline constexpr std::size_t kMostName = 63;    ///< Bytes of an object's name.
+inline constexpr std::size_t kMostClient = 64;  ///< Of a client's: to so many its library cuts that of a program.
+inline constexpr std::size_t kMostUri = 1024;   ///< Bytes of a device URI.
 
 [[nodiscard]] Vec3 read(proto::Vec3::Reader in);
 [[nodiscard]] Pose read(proto::Pose::Reader in);

@@ -51,7 +51,7 @@ void writeDevices(Results results, Core& core, std::vector<hapticd::DeviceInfo> 
 
 kj::Promise<void> DaemonServer::hello(HelloContext context) {
   return answer(context, [&](auto params, auto results) -> Result<void> {
-    auto name = readText(params.getClientName(), kMostName, "clientName");
+    auto name = readText(params.getClientName(), kMostClient, "clientName");
     if (!name) return name.error();
     if (params.getProtocolMajor() != proto::PROTOCOL_MAJOR) {
       return Error{ErrorCode::kVersionMismatch, "protocolMajor",
@@ -109,7 +109,7 @@ kj::Promise<void> DaemonServer::openSession(OpenSessionContext context) {
   return answerLater(context, [&](auto params, auto later) -> Result<void> {
     auto uri = readUri(params.getUri());
     if (!uri) return uri.error();
-    auto name = readText(params.getClientName(), kMostName, "clientName");
+    auto name = readText(params.getClientName(), kMostClient, "clientName");
     if (!name) return name.error();
     core_.openSession(*uri, connection_, *name, params.getLayoutMajor(), params.getLayoutMinor(),
                       [later, &core = core_](const Result<Session*>& opened) {

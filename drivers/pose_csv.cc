@@ -174,6 +174,7 @@ class Parser {
         continue;
       }
       if (layout.field[column] != kAbsent) {
+        if (scale != 1 && !nanoseconds) continue;  // The same in another unit besides: the first counts.
         return fault(i + 1, fmt::format("a second column for {}", kNames[column]), "keep one of them");
       }
       layout.field[column] = i;

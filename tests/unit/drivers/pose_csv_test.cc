@@ -86,6 +86,9 @@ TEST(PoseCsv, ReadsWhatMonitorWrites) {
 
 TEST(PoseCsv, TakesTheUnitBehindAName) {
   const auto track = good("time_ms,px_mm,y_m,z_um\n500,0,0,0\n2500,20,1,-30\n");
+  const auto besides = good("t,t_ms,x,y,z,x_mm\n0,5,0,0,0,7\n2,9,0.01,0,0,8\n");
+  EXPECT_EQ(besides->duration(), 2);
+  EXPECT_EQ(besides->rows()[1].p.x(), 0.01) << "the same in another unit is passed over";
   EXPECT_DOUBLE_EQ(track->duration(), 2);
   EXPECT_LT((track->rows()[1].p - Vec3(0.02, 1, -30e-6)).norm(), 1e-15);
   EXPECT_DOUBLE_EQ(good("t_ms,x,y,z,t_ns\n0,0,0,0,0\n9,0,0,0,2\n")->duration(), 2e-9);

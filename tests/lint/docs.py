@@ -42,7 +42,7 @@ def links(page):
             to = (page.parent / name).resolve() if name else page
             if not to.exists():
                 yield number, f"link to {target}: no such file"
-            elif page.parent.name in INSTALLED and (page.parent not in to.parents or INSTALLED[page.parent.name] in to.parts):
+            elif page.parent.name in INSTALLED and (page.parent not in to.parents or INSTALLED[page.parent.name] in to.relative_to(page.parent).parts):
                 yield number, f"link to {target}: is not installed beside this page"
             elif section and section not in anchors(to):
                 yield number, f"link to {target}: no such section"

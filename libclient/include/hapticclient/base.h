@@ -43,7 +43,7 @@ typedef enum haptic_error_code {
   HAPTIC_BAD_MESH = 14,         /**< The mesh cannot be rendered as it is. */
   HAPTIC_BAD_SNAPSHOT = 15,     /**< A built model is damaged or of another version. */
   HAPTIC_BUILDER_FAILED = 16,   /**< The builder process crashed or ran out of memory. */
-  HAPTIC_WOULD_BLOCK = 17,      /**< A queue is full, or nothing is there yet; try again. */
+  HAPTIC_WOULD_BLOCK = 17,      /**< A queue is full, nothing is there yet, or what the text names is in the way. */
   HAPTIC_DISCONNECTED = 18,     /**< The daemon is not there or has restarted. */
   HAPTIC_NO_REALTIME = 19,      /**< Real-time rights are missing. */
   HAPTIC_SYSTEM = 20,           /**< The operating system refused. */

@@ -86,6 +86,7 @@ HAPTIC_API int haptic_object_remove(haptic_client* client, const char* name, hap
 HAPTIC_API int haptic_object_list_all(haptic_client* client, haptic_object_list** objects, haptic_error* error);
 HAPTIC_API int haptic_object_find(haptic_client* client, const char* name, haptic_object_state** state,
                                   haptic_error* error);
+/** HAPTIC_WOULD_BLOCK while it is the tool in a hand. */
 HAPTIC_API int haptic_object_set_pose(haptic_client* client, const char* name, const haptic_pose* pose,
                                       haptic_error* error);
 HAPTIC_API int haptic_object_set_material(haptic_client* client, const char* name, const haptic_material* material,

@@ -66,8 +66,8 @@ class Daemon {
 
  private:
   static constexpr double kAway = 5;  // [m]
-  /** With its ramp: how long that is no daemon tells; the configuration's longest is 60 s. */
-  static constexpr std::chrono::seconds kRampPatience = std::chrono::seconds(60) + kPatience;
+  /** With its ramp: how long that is no daemon tells; the configuration's longest is 60 s, of ticks that ran. */
+  static constexpr std::chrono::seconds kRampPatience = std::chrono::seconds(120);
 
   haptic::Client connect(const haptic_algorithm_problem& problem) {
     Spec options(std::string("daemon:") + problem.options);
@@ -86,17 +86,17 @@ class Daemon {
 
   [[nodiscard]] haptic_sample sample() const { return latestSample(*session_, "daemon"); }
 
-  void awaitFullForce() const {
+  void awaitFullForce() {
     const steady_clock::time_point end = steady_clock::now() + kRampPatience;
-    for (bool was_armed = false;;) {
+    for (bool was_armed = was_armed_;;) {
       checkDaemonInterrupted();
       const std::uint32_t flags = sample().flags;
       const bool armed = (flags & HAPTIC_SAMPLE_ARMED) != 0;
+      was_armed_ = was_armed_ || armed;
       if (armed && (flags & HAPTIC_SAMPLE_RAMPING) == 0) return;
-      if (was_armed && !armed)
-        throw Failure("daemon", "its device was disarmed while its force ramped up", "hapticctl status");
+      if (was_armed && !armed) throw Failure("daemon", "its device has been disarmed", "hapticctl status");
       if (steady_clock::now() > end)
-        throw Failure("daemon", "its full force has not come for 62 s, the longest ramp", "hapticctl status");
+        throw Failure("daemon", "its full force has not come for 120 s, twice the longest ramp", "hapticctl status");
       was_armed = armed;
       pauseBriefly();
     }
@@ -126,6 +126,7 @@ class Daemon {
 
   const Interrupts interrupts_;  // First: until the device is closed.
   std::string device_;
+  bool was_armed_ = false;  ///< Since the session began.
   haptic::Client client_;
   std::optional<OpenedDevice> opened_;  // Before the session, which has to go first.
   std::uint64_t mesh_ = 0;

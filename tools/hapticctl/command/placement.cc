@@ -112,8 +112,13 @@ void requireSameParent(const Placement& p, const haptic_object_state& old) {
 bool isHeld(const Daemon& daemon, const std::string& name) {
   const auto status = daemon.ask<haptic_status>(haptic_get_status);
   for (std::uint32_t i = 0; i < status->device_count; ++i) {
-    const auto text =
-        daemon.ask<haptic_text>(haptic_get, fmt::format("/devices/{}/tool", status->devices[i]->name).c_str());
+    haptic_text* got = nullptr;
+    haptic_error error = HAPTIC_ERROR_INIT;
+    const std::string resource = fmt::format("/devices/{}/tool", status->devices[i]->name);
+    const int code = haptic_get(daemon.client(), resource.c_str(), &got, &error);
+    if (code == HAPTIC_NOT_FOUND) continue;  // Closed meanwhile.
+    check(code, error);
+    const Owned<haptic_text> text(got);
     const Json tool = Json::parse(std::string_view(text->text, text->length), nullptr, false);
     if (tool.is_object() && tool.value("object", "") == name) return true;
   }

@@ -16,12 +16,22 @@ namespace {
 constexpr double kLightest = 0.01, kHeaviest = 10;  ///< [kg]
 constexpr double kStiffestGrip = 1000;              ///< [N/rad]
 
+void append(std::string& note, const std::string& why) {
+  if (!why.empty()) note += (note.empty() ? "" : "; ") + why;
+}
+
 /** What the hand must not expect of a tool of that shape; empty: nothing. */
 std::string toolNote(const std::string& name, const ShapeSpec& shape, const MeshStore& meshes, bool shows_torque) {
   std::string note = shows_torque ? "" : "the device cannot show torque: the hand feels the force alone";
-  if (const auto why = withoutField(name, shape, meshes, SceneContacts::kPatches); !why.empty())
-    note += (note.empty() ? "" : "; ") + why;
+  append(note, withoutField(name, shape, meshes, SceneContacts::kPatches));
   return note;
+}
+
+/** Empty: the coupling is as stiff as it was wished, or nothing was. */
+std::string softerNote(double stiffness, double wished) {
+  constexpr double kRounding = 1e-9;
+  if (stiffness >= wished * (1 - kRounding)) return {};
+  return fmt::format("the device bears {:.4g} N/m, not the {:g} asked for", stiffness, wished);
 }
 
 }  // namespace
@@ -108,6 +118,7 @@ void Core::hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& objec
                  wish.weighs,
                  wish.direct,
                  toolNote(wish.object, shape, meshes_, shows_torque)};
+  append(device.tool.note, softerNote(device.tool.stiffness, wish.stiffness));
 }
 
 /** What is in its hand, for what has changed about either. */

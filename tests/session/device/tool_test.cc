@@ -106,6 +106,18 @@ TEST_F(ToolBench, ItsNoteIsThatOfTheShapeItHas) {
   EXPECT_FALSE(told());
 }
 
+// 5000 N/m were taken without a word.
+TEST_F(ToolBench, ItsNoteTellsThatItIsSofterThanAskedFor) {
+  for (const char* const asked : {"0", "100", "5000"}) {
+    const auto set = tree.set(path() + "?value=box,0.1," + asked, anybody);
+    ASSERT_TRUE(set.ok()) << toString(set.error());
+    const auto json = nlohmann::json::parse(*set);
+    const bool softer = json["stiffness"].get<double>() < 0.99 * std::stod(asked);
+    EXPECT_EQ(softer, asked == std::string("5000")) << *set;
+    EXPECT_EQ(json["note"].get<std::string>().find("not the 5000 asked for") != std::string::npos, softer) << *set;
+  }
+}
+
 /** As if it had been attached with that shape. */
 TEST_F(ToolBench, WeighsWhatTheShapeItHasWeighs) {
   const auto order = [&] {

@@ -151,8 +151,9 @@ ObjectEffects::Felt ObjectEffects::feel(const Scene& scene, const Hand& hand, bo
   for (const std::uint32_t slot : scene.effects()) {
     const EffectParameters& effect = scene.effect(slot);
     const SceneObject& object = scene.slot(slot);
-    const Mat3 R_WO = before ? object.X_WO_before.q.toRotationMatrix() : object.R_WO;
-    const Vec3 x = R_WO.transpose() * (hand.p - (before ? object.X_WO_before.p : object.X_WO.p));
+    const Pose X_WO = before ? scene.onItsWayBefore(slot) : object.X_WO;
+    const Mat3 R_WO = before ? X_WO.q.toRotationMatrix() : object.R_WO;
+    const Vec3 x = R_WO.transpose() * (hand.p - X_WO.p);
     const double lasts = lasting(effect.until_ns, hand.now_ns);
     out.ends = out.ends || (slot == guide_ && lasts < 1);
     Place place;
@@ -197,11 +198,13 @@ ObjectEffects::Felt ObjectEffects::feel(const Scene& scene, const Hand& hand, bo
  * What new orders change is what they would have done to the hand as it was a tick ago. Where the force of that tick
  * itself faded into that of this one, a program that ordered something in every tick delayed all of it by 19 ms: the
  * springs that the hand moved against, too. What fades is added up over orders: a guide that follows the hand in every
- * tick is felt where it was 20 ms ago, and no more strongly than the effects of that time may push.
+ * tick is felt where it was 20 ms ago, and no more strongly than the effects of that time may push. One that is put
+ * from place to place comes over the time between its poses: a line from one to the next.
  */
 Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, double dt, std::int64_t now_ns) HD_RT {
   const Hand hand{p, v, now_ns, max_damping_};
-  const bool ordered = !fresh_ && scene.effectChanges() != changes_;
+  const bool changed = !fresh_ && scene.effectChanges() != changes_, put = !fresh_ && scene.putOver() > 0;
+  const bool ordered = changed || put;
   ++steps_;
   visits_ = 0;
   const Vec3 ordered_before = ordered ? feel(scene, hand_, true).force : Vec3::Zero();
@@ -210,7 +213,7 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
   const bool hands_over = !fresh_ && felt.ends && felt.guide != 0 && felt.guide != guide_;
   if (ordered || hands_over) {
     rest_ = last_rest_ + last_ - (hands_over ? felt.force : ordered_before);
-    left_ = kBlend;
+    left_ = blend_ = changed || hands_over ? kBlend : std::max(left_, scene.putOver());
   }
   fresh_ = false;
   hand_ = hand;
@@ -219,7 +222,7 @@ Vec3 ObjectEffects::step(const Scene& scene, const Vec3& p, const Vec3& v, doubl
   left_ = std::max(0.0, left_ - dt);
   last_ = felt.force;
   most_ = left_ > 0 ? std::max(most_, felt.most) : felt.most;
-  Vec3 force = left_ > 0 ? clampNorm(last_ + left_ / kBlend * rest_, most_) : last_;
+  Vec3 force = left_ > 0 ? clampNorm(last_ + left_ / blend_ * rest_, most_) : last_;
   last_rest_ = force - last_;
   return force;
 }

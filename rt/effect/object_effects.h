@@ -23,6 +23,8 @@ namespace hapticd {
  * An effect that is set, changed or removed, and one whose object jumps, comes and goes within kBlend: what the force
  * was before, less what it would have been by what is ordered now, fades. Per tick the change of orders adds
  * |that| dt / kBlend at most. How the hand moves meanwhile is felt at once. One that ends by its time fades as long.
+ * One whose object a pose puts elsewhere than its motion brings it comes over Scene::putOver(), or what is left of
+ * that.
  */
 class ObjectEffects {
  public:
@@ -90,6 +92,7 @@ class ObjectEffects {
   Vec3 last_ = Vec3::Zero();       ///< the force by what was ordered then, and what
   Vec3 last_rest_ = Vec3::Zero();  ///< still faded [N].
   Vec3 rest_ = Vec3::Zero();       ///< What fades after the last change [N],
+  double blend_ = kBlend;          ///< over so long,
   double left_ = 0;                ///< for so much longer [s].
   double most_ = 0;                ///< Of Felt::most the largest of the last tick and meanwhile [N].
   std::uint64_t changes_ = 0;      ///< Scene::effectChanges() of the last tick.

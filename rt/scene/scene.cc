@@ -352,6 +352,7 @@ void Scene::advance(double dt) HD_RT {
   ++advances_;
   if (!moves_are_new_) move_count_ = 0;
   moves_are_new_ = false;
+  put_over_ = 0;
   if (settled_) return;
   settled_ = true;
   for (std::uint32_t i = 0; i < order_count_; ++i) {
@@ -371,6 +372,32 @@ Pose Scene::foreseenIn(const SceneObject& object, const Motion& motion, double d
   const Twist& V = driven ? object.V_PO : told;
   const double time = driven ? std::min(dt, kPoseHold) : std::min(time_ - motion.pose_time, kMetTime);
   return {motion.X_PO_before.p + time * V.v, rotated(motion.X_PO_before.q, V.w, time)};
+}
+
+/**
+ * A pose is an order, too: what it changes that is not, by half at least, the motion of this tick by the velocity given
+ * or told by poses, is no motion of the object to effects, which have nothing to sweep along.
+ */
+void Scene::notePosed(std::uint32_t slot, const Twist& V_PO, double since) HD_RT {
+  const SceneObject& object = objects_[slot];
+  const Motion& above = motion_[object.parent];
+  Motion& motion = motion_[slot];
+  const Pose back{object.X_PO.p - V_PO.v * dt_, rotated(object.X_PO.q, V_PO.w, -dt_)};
+  motion.X_WB = (above.posed ? above.X_WB : objects_[object.parent].X_WO_before) * back;
+  motion.posed_after = std::max(motion.pose_set ? since : dt_, above.posed ? above.posed_after : dt_);
+  if (effects_[slot].kind == static_cast<std::uint32_t>(EffectKind::kNone)) return;
+  const Pose& now = object.X_WO;
+  const double aside = kLeastPut + 0.5 * (now.p - motion.X_WB.p).norm();
+  const double turned = kLeastPutAngle + 0.5 * now.q.angularDistance(motion.X_WB.q);
+  if ((motion.X_WB.p - object.X_WO_before.p).norm() <= aside &&
+      motion.X_WB.q.angularDistance(object.X_WO_before.q) <= turned)
+    return;
+  motion.put = advances_;
+  put_over_ = std::max(put_over_, std::min(motion.posed_after, kPoseHold));
+}
+
+Pose Scene::onItsWayBefore(std::uint32_t i) const HD_RT {
+  return motion_[i].put == advances_ ? motion_[i].X_WB : objects_[i].X_WO_before;
 }
 
 /** True if the object must be looked at next tick as well. */
@@ -432,6 +459,9 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
     motion.arrived = tick_;
     noteEffect(slot);
     object.X_WO_before = object.X_WO;
+    motion.X_WB = object.X_WO;
+  } else if (motion.posed && effecting_count_ > 0) {
+    notePosed(slot, motion.pose_set || driven ? V_PO : Twist{}, since);
   }
   if (appears) object.X_WO_before = object.X_WO;
   const Vec3 arm = object.X_WO.p - parent.X_WO.p;

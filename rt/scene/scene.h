@@ -131,6 +131,8 @@ class Scene {
   static constexpr double kTeleportSpeed = 10.0;  ///< [m/s]
   static constexpr double kTeleportAngle = 1.0;   ///< In one command [rad].
   static constexpr double kPoseHold = 0.02;       ///< [s]
+  static constexpr double kLeastPut = 1e-5;       ///< Than which a pose that is no motion is farther [m].
+  static constexpr double kLeastPutAngle = 2e-4;  ///< Or more turned [rad].
   static constexpr double kUnmetStep = 0.002;     ///< Of its surface, beside what its velocity brings [m].
   static constexpr double kMetTime = 0.002;       ///< So far ahead of poses contacts are surely looked for [s].
   static constexpr std::uint32_t kMaxTriangleMoves = 8192;
@@ -184,6 +186,12 @@ class Scene {
   /** Grows whenever an effect may be another than a motion of its object made it: set, removed, shaped anew or jumped.
    */
   [[nodiscard]] std::uint64_t effectChanges() const HD_RT { return effect_changes_; }
+  /** If in this tick a pose has put one where its motion does not bring it: the time since its last pose, at most
+   * kPoseHold; else 0 [s]. */
+  [[nodiscard]] double putOver() const HD_RT { return put_over_; }
+  /** Where the object in that slot, moving as it does now, would have been a tick ago: X_WO_before, but for what has
+   * been put. */
+  [[nodiscard]] Pose onItsWayBefore(std::uint32_t i) const HD_RT;
   /** Grows whenever something may stand where it has not come by a motion: added, enabled, shaped anew or jumped. */
   [[nodiscard]] std::uint64_t arrivals() const HD_RT { return arrivals_; }
   [[nodiscard]] const SceneObject& slot(std::uint32_t i) const HD_RT { return objects_[i]; }
@@ -227,6 +235,9 @@ class Scene {
     double unmet = 0;                ///< As sinceUnmet(), on the scene's clock [s].
     bool posed = false;              ///< In the last advance() a pose came, of it or of what is above,
     Pose X_WF;                       ///< and there its velocity and theirs would have brought it.
+    Pose X_WB;                       ///< From here it came, moving as it does now,
+    double posed_after = 0;          ///< so long after the pose before [s].
+    std::uint64_t put = 0;           ///< The advance() in which it was put, as for putOver().
     bool world_moved = false;        ///< In the last advance(): children follow.
     Twist V_told;                    ///< By poses alone, in the parent's frame,
     double told_for = 0;             ///< so much longer [s].
@@ -249,6 +260,7 @@ class Scene {
   ErrorCode makeShape(const ShapeParameters& parameters, Shape& shape) const HD_RT;
   bool advanceObject(std::uint32_t slot, double dt) HD_RT;
   [[nodiscard]] Pose foreseenIn(const SceneObject& object, const Motion& motion, double dt) const HD_RT;
+  void notePosed(std::uint32_t slot, const Twist& V_PO, double since) HD_RT;
   void noteFelt(std::uint32_t slot, bool before) HD_RT;
   void rebuildTouchable() HD_RT;
 
@@ -264,6 +276,7 @@ class Scene {
   std::array<std::uint16_t, kMaxEffects> effecting_{};  ///< Slots of those that are one, in the order they became it.
   std::uint32_t effecting_count_ = 0;
   std::uint64_t effect_changes_ = 0;
+  double put_over_ = 0;
   std::array<TriangleMove, kMaxTriangleMoves> moves_{};
   std::uint32_t move_count_ = 0;
   bool moves_are_new_ = false;  ///< The next advance() keeps them,

@@ -60,7 +60,7 @@ void ProxyRenderer::step(const Scene& scene, const Vec3& hip_W, const Vec3& v_W,
   begin(step);
   const bool deformed = radius_ > 0 && !scene.triangleMoves().empty();
   if (deformed) makeRoom(step);
-  step.together = step.together || !step.carried;  // Vertices have moved elsewhere.
+  step.together = step.together || !step.carried;  // Vertices have moved elsewhere, or a shape changed there.
   if (scene.arrivals() != arrivals_) {
     arrivals_ = scene.arrivals();
     about_.set();
@@ -114,7 +114,8 @@ void ProxyRenderer::begin(Step& step) HD_RT {
   const auto moves = step.scene->triangleMoves();
   step.carried = behind_;
   for (const std::uint16_t slot : touchable) step.carried = step.carried || mayCarry(step, step.scene->slot(slot));
-  if (!step.carried && moves.empty()) return;
+  const bool reshaped = isReshaped(step);
+  if (!step.carried && moves.empty() && !reshaped) return;
   step.together = false;
   for (const std::uint16_t slot : touchable) {
     const SceneObject& object = step.scene->slot(slot);
@@ -123,6 +124,7 @@ void ProxyRenderer::begin(Step& step) HD_RT {
     carried_[slot] = start_[slot];
   }
   followVertices(step);
+  if (reshaped) followShape(step);
 }
 
 /**
@@ -445,6 +447,7 @@ void ProxyRenderer::finish(Step& step, const Vec3& v_W, SurfaceContact& contact)
   left_ = contact.depth > 0 ? (support.at - support.foot).norm() / contact.depth : contact.friction.sliding;
   contact.slip = slip_;
   object_ = object;
+  shape_ = surface->shape.number;
 }
 
 }  // namespace hapticd

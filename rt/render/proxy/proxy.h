@@ -331,6 +331,8 @@ class ProxyRenderer {
   bool goVia(Step& step, const Vec3* way, int count, double most) HD_RT;
   void finish(Step& step, const Vec3& v_W, SurfaceContact& contact) HD_RT;
   [[nodiscard]] int foremost(const Step& step, std::uint32_t active) const HD_RT;
+  [[nodiscard]] bool isReshaped(const Step& step) const HD_RT;
+  void followShape(Step& step) HD_RT;
   Vicinity* vicinityOf(Step& step, std::uint32_t slot, const Vec3& start) HD_RT;
   [[nodiscard]] Vec3 startIn(const Step& step, std::uint32_t slot) const HD_RT;
   [[nodiscard]] Vec3 here(const Step& step) const HD_RT;
@@ -338,7 +340,8 @@ class ProxyRenderer {
   Vec3 proxy_ = Vec3::Zero();
   double radius_ = 0;  ///< Of the ball, at most as wanted.
   double wanted_radius_ = 0;
-  std::uint32_t object_ = 0;  ///< Id of the object in contact, 0 in free space.
+  std::uint32_t object_ = 0;  ///< Id of the object in contact, 0 in free space,
+  std::uint64_t shape_ = 0;   ///< and which of its shapes that was.
   bool slip_ = false;
   /** Where the proxy was left: its way from where it would be without friction, in depths. */
   double left_ = 0;

@@ -126,7 +126,8 @@ def main() -> int:
             t += passed
             for i, (ball, number) in enumerate(zip(balls, numbers)):
                 fastest[i] = max(fastest[i], float(np.linalg.norm(ball.v)))
-                session.push_object_pose(number, tuple(ball.p), v=tuple(ball.v), w=tuple(ball.w), latest=True)
+                session.push_object_pose(number, tuple(ball.p), v=tuple(ball.v), w=tuple(ball.w), lease_s=0.1,
+                                         latest=True)
     for i, ball in enumerate(balls):
         print(f"ball {i}: {1000 * given[i]:.0f} mN s from the hand, at most {fastest[i]:.2f} m/s, "
               f"now at {1000 * ball.p[0]:.0f}, {1000 * ball.p[1]:.0f} mm")

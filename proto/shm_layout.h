@@ -201,7 +201,7 @@ enum hd_command_kind {
 /** Pose and velocity of an object in its parent's frame. The servo moves it on by the velocity between updates. */
 struct hd_object_pose {
   uint32_t object;
-  uint32_t reserved;
+  uint32_t lease_us; /**< The velocity lasts so long, 0: as long as the session; then the object stands. */
   double p[3];
   double q[4];
   double v[3]; /**< [m/s] */

@@ -7,11 +7,12 @@ namespace hapticd {
 void restate(const Cycle& cycle, std::int64_t now_ns, std::vector<Command>& orders) {
   for (Command& order : orders) {  // What a session moves is to stand when that is lost.
     if (order.kind != CommandKind::kObjectPose) continue;
-    const auto& pose = order.as<hd_object_pose>();
+    auto& pose = order.as<hd_object_pose>();
     const std::uint32_t mover = cycle.scene().moverOf(pose.object);
     if (mover >= kMaxSessions) continue;
     const Twist& V = cycle.scene().find(pose.object)->V_PO;
     if (vec3(pose.v) != V.v || vec3(pose.w) != V.w) continue;  // Control has a newer one, of another's.
+    pose.lease_us = cycle.scene().leaseOf(pose.object);
     order.session = mover;
     order.channel = 1;
   }

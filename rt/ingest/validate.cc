@@ -46,7 +46,7 @@ bool check(hd_material& m, std::uint32_t) HD_RT {
 }
 
 bool check(hd_object_pose& x, std::uint32_t) HD_RT {
-  return x.reserved == 0 && within(x.p, limits::kCoordinate) && makeUnit(x.q, 4) && within(x.v, limits::kSpeed) &&
+  return within(x.p, limits::kCoordinate) && makeUnit(x.q, 4) && within(x.v, limits::kSpeed) &&
          within(x.w, limits::kAngularSpeed);
 }
 

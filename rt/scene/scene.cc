@@ -115,10 +115,19 @@ void Scene::halt(std::uint32_t session) HD_RT {
   for (std::uint32_t i = 0; i < order_count_; ++i) {
     SceneObject& object = objects_[order_[i]];
     if (motion_[order_[i]].mover != session || isZero(object.V_PO)) continue;
-    object.V_PO = {};
-    ++object.client_edits[SceneObject::kPlace];
+    halt(object);
     settled_ = false;
   }
+}
+
+void Scene::halt(SceneObject& object) HD_RT {
+  object.V_PO = {};
+  ++object.client_edits[SceneObject::kPlace];
+}
+
+std::uint32_t Scene::leaseOf(std::uint32_t id) const HD_RT {
+  const double lease = find(id) == nullptr ? 0 : motion_[objectSlot(id)].lease;
+  return lease > 0 ? std::max(1u, static_cast<std::uint32_t>(std::round(lease * 1e6))) : 0;
 }
 
 std::uint32_t Scene::moverOf(std::uint32_t id) const HD_RT {
@@ -242,7 +251,9 @@ ErrorCode Scene::setPose(const hd_object_pose& pose) HD_RT {
   if (!isFinite(X.p) || !isRotation(X.q) || !isFinite(V.v) || !isFinite(V.w)) return ErrorCode::kInvalidArgument;
   object->X_PO = {X.p, X.q.normalized()};
   object->V_PO = V;
-  motion_[objectSlot(pose.object)].pose_set = true;
+  Motion& motion = motion_[objectSlot(pose.object)];
+  motion.pose_set = true;
+  motion.lease = pose.lease_us * 1e-6;
   settled_ = false;
   return ErrorCode::kOk;
 }
@@ -473,6 +484,10 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.pose_set = false;
   motion.jump = false;
   motion.reshaped = false;
+  if (driven && motion.lease > 0) {
+    motion.lease -= dt;
+    if (motion.lease < 0.5 * dt) halt(object);
+  }
   return driven || motion.world_moved || motion.told || object.appeared;
 }
 

@@ -155,6 +155,8 @@ class Scene {
   void halt(std::uint32_t session) HD_RT;
   /** Command::session of who has given the object its velocity; kControlSession of one that stands or is gone. */
   [[nodiscard]] std::uint32_t moverOf(std::uint32_t id) const HD_RT;
+  /** hd_object_pose::lease_us of what is left of its motion's lease, 0: it has none. */
+  [[nodiscard]] std::uint32_t leaseOf(std::uint32_t id) const HD_RT;
 
   /**
    * Before the commands of a tick: it is so long [s], and of that number, which never falls. Without that it counts as
@@ -223,6 +225,7 @@ class Scene {
   struct Motion {
     /** Command::session of who has set the pose and velocity last. */
     std::uint32_t mover = kControlSession;
+    double lease = 0;                ///< So long the velocity lasts [s]; 0: without end.
     Pose X_PO_before;                ///< At the last advance().
     double pose_time = 0;            ///< Of the last pose command, on the scene's clock [s].
     bool pose_set = false;           ///< A pose command came since the last advance().
@@ -245,6 +248,7 @@ class Scene {
   };
 
   ErrorCode change(const Command& command) HD_RT;
+  static void halt(SceneObject& object) HD_RT;
   SceneObject* findMutable(std::uint32_t id) HD_RT;
   ErrorCode add(const AddObject& order) HD_RT;
   ErrorCode remove(std::uint32_t id) HD_RT;

@@ -46,16 +46,17 @@ typedef struct haptic_push {
 
 /**
  * Pose and velocity of an object in its parent's frame. The servo moves it on by the velocity between updates, as long
- * as the session lives: once it has ended, or its heartbeat has stopped, the object stands. What is to move without a
- * program gets its velocity from the scene (the resource /objects/NAME/velocity).
+ * as the session lives: once it has ended, or its heartbeat has stopped, the object stands. The library sends that
+ * heartbeat, also for a program that hangs: give a motion that must not outlive your loop a lease. What is to move
+ * without a program gets its velocity from the scene (the resource /objects/NAME/velocity).
  */
 typedef struct haptic_object_pose {
-  uint32_t object; /**< Id from the scene. */
-  uint32_t reserved;
-  double p[3]; /**< [m] */
-  double q[4]; /**< w x y z */
-  double v[3]; /**< [m/s] */
-  double w[3]; /**< [rad/s] */
+  uint32_t object;   /**< Id from the scene. */
+  uint32_t lease_us; /**< The velocity lasts so long without another pose; 0: as long as the session. */
+  double p[3];       /**< [m] */
+  double q[4];       /**< w x y z */
+  double v[3];       /**< [m/s] */
+  double w[3];       /**< [rad/s] */
 } haptic_object_pose;
 
 /** At the parent's origin, at rest; no object yet. */

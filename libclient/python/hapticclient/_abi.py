@@ -131,7 +131,7 @@ Counters = struct("haptic_counters", *many(u64, "cycles missed overruns stale_sa
                   ("max_wake_ns", u32), ("max_cycle_ns", u32))
 
 Push = struct("haptic_push", ("at_tick", u64), ("flags", u32), ("reserved", u32), ("seq", u64))
-ObjectPose = struct("haptic_object_pose", ("object", u32), ("reserved", u32), ("p", vec3), ("q", f64 * 4),
+ObjectPose = struct("haptic_object_pose", ("object", u32), ("lease_us", u32), ("p", vec3), ("q", f64 * 4),
                     ("v", vec3), ("w", vec3))
 ObjectMaterial = struct("haptic_object_material", ("object", u32), ("reserved", u32), ("material", Material))
 ObjectFlags = struct("haptic_object_flags", *many(u32, "object mask value reserved"))

@@ -39,6 +39,13 @@ def ns(seconds: float, what: str) -> int:
     return round(seconds * 1e9)
 
 
+def us(seconds: float, what: str) -> int:
+    """The same in 32 bits of microseconds, of which whatever is not zero makes one at least."""
+    if not 0 <= seconds < 2**32 * 1e-6:
+        raise ValueError(f"{what}: {seconds} is not a time from 0 to 4294 seconds")
+    return max(round(seconds * 1e6), int(seconds > 0))
+
+
 def text(value: str, needed: str = "a text") -> bytes:
     """UTF-8; the library would read it up to a zero, another name than was given."""
     if not isinstance(value, str):

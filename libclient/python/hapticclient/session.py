@@ -260,11 +260,12 @@ class Session(Handle):
         return self._push(_lib.haptic_push_limits, _abi.SessionLimits(force_n=force_n, torque_nm=torque_nm), latest, at_tick)
 
     def push_object_pose(self, object_id: int, p: Sequence[float], q: Sequence[float] = (1, 0, 0, 0),
-                         v: Sequence[float] = (0, 0, 0), w: Sequence[float] = (0, 0, 0), *, latest: bool = False,
-                         at_tick: int = 0) -> int:
-        """Moves an object in its parent's frame; the servo goes on with the velocity until the next push."""
-        command = _abi.ObjectPose(object=_object(object_id), p=arrays.vector(p, "p"), q=arrays.vector(q, "q", 4),
-                                  v=arrays.vector(v, "v"), w=arrays.vector(w, "w"))
+                         v: Sequence[float] = (0, 0, 0), w: Sequence[float] = (0, 0, 0), *, lease_s: float = 0,
+                         latest: bool = False, at_tick: int = 0) -> int:
+        """Moves an object in its parent's frame; the servo goes on with the velocity until the next push, for
+        `lease_s` at most if that is given: without it a program that hangs leaves the object moving."""
+        command = _abi.ObjectPose(object=_object(object_id), lease_us=arrays.us(lease_s, "lease_s"), p=arrays.vector(p, "p"),
+                                  q=arrays.vector(q, "q", 4), v=arrays.vector(v, "v"), w=arrays.vector(w, "w"))
         return self._push(_lib.haptic_push_object_pose, command, latest, at_tick)
 
     def push_object_material(self, object_id: int, material: Material, *, latest: bool = False,

@@ -30,7 +30,7 @@ static_assert(S(stiffness) && S(damping) && S(friction_static) && S(friction_dyn
 #undef S
 #define S(f) SAME_FIELD(haptic_object_pose, hd_object_pose, f)
 SAME_SIZE(haptic_object_pose, hd_object_pose);
-static_assert(S(object) && S(p) && S(q) && S(v) && S(w));
+static_assert(S(object) && S(lease_us) && S(p) && S(q) && S(v) && S(w));
 #undef S
 #define S(f) SAME_FIELD(haptic_object_material, hd_object_material, f)
 SAME_SIZE(haptic_object_material, hd_object_material);

@@ -117,7 +117,6 @@ constexpr const char* kPlace = "is not finite, or farther than 100 m away";
 
 Objection objection(const haptic_object_pose& c, std::uint32_t) noexcept {
   if (const auto no = object(c.object)) return no;
-  if (const auto no = reserved(c.reserved)) return no;
   if (!place(c.p)) return {"p", kPlace, kMetres};
   if (const auto no = rotation(c.q)) return no;
   if (!within(c.v, 100)) return {"v", "is not finite, or faster than 100 m/s", kMetres};

@@ -2,6 +2,8 @@
 // motion.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "rt/cycle/cycle_start.h"
 #include "tests/support/stepped/attach_tool.h"
 #include "tests/support/stepped/stepped_cycle.h"
@@ -91,6 +93,31 @@ TEST_F(CycleMover, ComeBackItMovesThingsAgain) {
   expectMoving(kHis);
 }
 
+// A program that hung pressed a wall into the hand: its library's heartbeat went on.
+TEST_F(CycleMover, WhatHasALeaseStandsWhenThatRunsOut) {
+  constexpr int kTicks = 40;
+  const double period = 1e-9 * static_cast<double>(cycle->config().period_ns);
+  const auto lease = static_cast<std::uint32_t>(std::lround(kTicks * period * 1e6));
+  const auto push = [&] { move(kHis, kLost).as<hd_object_pose>().lease_us = lease; };
+  const std::uint32_t told = object(kHis).client_edits[SceneObject::kPlace];
+  for (int i = 0; i < 5; ++i) {  // Renewed in time it goes on.
+    push();
+    for (int k = 0; k < kTicks - 2; ++k) step();
+    EXPECT_NEAR(x(kHis), (kTicks - 3) * kV.x() * period, 1e-12) << i;
+  }
+  EXPECT_EQ(object(kHis).client_edits[SceneObject::kPlace], told + 5);
+  for (int k = 0; k < 3; ++k) step();
+  EXPECT_EQ(object(kHis).client_edits[SceneObject::kPlace], told + 6) << "the other groups learn it";
+  step();
+  expectStill(kHis);
+  expectStill(kChild);
+  EXPECT_NEAR(x(kHis), kTicks * kV.x() * period, kV.x() * period + 1e-12);
+  expectMoving(kTheirs);
+  move(kHis, kLost);
+  step();
+  expectMoving(kHis);
+}
+
 TEST_F(CycleMover, WhatAHandHoldsIsWhereThatIs) {
   put(CommandKind::kAttachTool, test::attachBox(kTheirs, {2, 2, 2}, DeviceInfo{}));
   for (int i = 0; i < 20; ++i) at(Vec3::Zero());
@@ -132,7 +159,12 @@ TEST_F(CycleMover, OfALostSessionNothingGoesOnInACycleThatWasMadeAnew) {
       makeCommand(CommandKind::kAddObject, test::solid(kChild, ShapeKind::kBox, {}, {}, Vec3(1, 1, 1))));
   start.orders.push_back(makeCommand(CommandKind::kObjectPose, poseMessage(kChild, Pose{}, {2 * kV, Vec3::Zero()})));
   move(kChild, kLost);
+  move(kTheirs, kOther, {x(kTheirs), 0, 0}).as<hd_object_pose>().lease_us = 50'000;
   step();
+  start.orders[3] =
+      makeCommand(CommandKind::kObjectPose, poseMessage(kTheirs, object(kTheirs).X_PO, {kV, Vec3::Zero()}));
+  const std::uint32_t left = cycle->scene().leaseOf(kTheirs);
+  EXPECT_NEAR(left, 49'000, 1'000);
   restate(*cycle, start.now_ns, start.orders);
   cycle = makeCycle(start, meshes);
   step();
@@ -142,7 +174,10 @@ TEST_F(CycleMover, OfALostSessionNothingGoesOnInACycleThatWasMadeAnew) {
   step();
   step();
   expectStill(kHis);
-  expectMoving(kTheirs);
+  EXPECT_LT(cycle->scene().leaseOf(kTheirs), left);
+  EXPECT_GT(cycle->scene().leaseOf(kTheirs), 1u) << "as much as was left";
+  for (int i = 0; i < 50; ++i) step();
+  expectStill(kTheirs);
   EXPECT_FALSE(object(kChild).V_PO.v.isZero(0));
 }
 

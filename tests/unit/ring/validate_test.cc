@@ -172,7 +172,7 @@ TEST(Validate, BoundsEveryInteger) {
   const std::vector<std::int64_t> bad_slot{HD_MODEL_SLOTS, 0xffffffff};
   const std::vector<std::int64_t> bad_device{kDevices, 0xffffffff};
   std::vector<Integer> all{
-      {"pose", AT(hd_object_pose, reserved), 4, {0}, {1}},
+      {"pose", AT(hd_object_pose, lease_us), 4, {0, 1, 0xffffffff}, {}},
       {"pose", AT(hd_object_pose, object), 4, {0, 0xffffffff}, {}},  // the cycle knows which there are
       {"material", AT(hd_object_material, reserved), 4, {0}, {1}},
       {"flags", AT(hd_object_flags, mask), 4, {0, 7}, {8, 0xffffffff}},

@@ -379,6 +379,17 @@ void FreeBodies::addTouches(const Scene& scene, std::uint8_t k, std::uint32_t mo
   }
 }
 
+/** What a hand pushes with another body is pushed here, too: in other groups it would come to lie elsewhere. */
+void FreeBodies::claimTouched() HD_RT {
+  std::array<bool, JointStep::kMaxMovers> pushed{};
+  for (const Entry& entry : entry_) {
+    if (entry.mover != kNone && entry.pushed) pushed[joint_.island(entry.mover)] = true;
+  }
+  for (Entry& entry : entry_) {
+    if (entry.mover != kNone && pushed[joint_.island(entry.mover)]) entry.ours = true;
+  }
+}
+
 /** What touches falls asleep together: one of a pile that slept by itself would be woken by the next, and so on. */
 void FreeBodies::watchRest(double dt) HD_RT {
   std::array<bool, JointStep::kMaxMovers> stirs{};
@@ -422,6 +433,7 @@ void FreeBodies::step(Scene& scene, double dt) HD_RT {
     if (entry_[k].mover != kNone) addTouches(scene, k, most);
   }
   joint_.solve();
+  claimTouched();
   watchRest(dt);
   for (const Entry& entry : entry_) {
     if (entry.mover != kNone) place(scene, entry, entry.body.body.twist());

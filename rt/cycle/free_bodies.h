@@ -3,8 +3,8 @@
  * through CycleInput, pushed by tools and hands, stepped each tick together with the tools that touch them. The scene's
  * objects follow, so that clients, other groups and every proxy see them move.
  *
- * Each servo moves the bodies of its own scene. The one whose tools or hands have pushed a body last tells control
- * where it goes, as if a client had moved it; the others take that over.
+ * Each servo moves the bodies of its own scene. The one whose tools or hands have pushed a body last, also by another
+ * body, tells control where it goes, as if a client had moved it; the others take that over.
  */
 #pragma once
 
@@ -191,6 +191,7 @@ class FreeBodies {
   [[nodiscard]] bool holds(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   /** The first `most` of them: those that ContactModel chose first hold it best. */
   void addTouches(const Scene& scene, std::uint8_t k, std::uint32_t most) HD_RT;
+  void claimTouched() HD_RT;
   void watchRest(double dt) HD_RT;
   static void place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT;
   static void leave(Scene& scene, Entry& entry) HD_RT;

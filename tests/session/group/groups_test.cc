@@ -176,6 +176,61 @@ TEST(TwoGroups, ABodyThatTwoHandsSqueezeStaysBetweenThem) {
   EXPECT_LT(apart, 2e-3) << "both see it where it is";
 }
 
+/** Where a row of balls comes to lie, of which a tool pushes one end; in the hand's group, and in another if one is. */
+struct Row {
+  std::vector<double> here, there;
+  double most = 0;  ///< Force that the hand feels [N].
+};
+
+Row pushedRow(bool shared) {
+  Bench bench;
+  const Client& by = bench.core.client(bench.administration);
+  if (shared) EXPECT_TRUE(bench.core.openDevice("test://second").ok());  // Which is told what is pushed in the first.
+  std::vector<std::uint32_t> balls;
+  const auto make = [&](const std::string& name, double x) {
+    ObjectSpec spec;
+    spec.name = name;
+    spec.shape = {ShapeKind::kSphere, {0.01, 0, 0}, 0};
+    spec.material = kDefaultMaterial;
+    spec.X_PO.p = Vec3(x, 0.001 * static_cast<double>(balls.size()), 0);
+    return bench.core.scene().create(spec, by).value();
+  };
+  make("tool", 0.1);
+  for (const char* name : {"near", "middle", "far"}) {
+    balls.push_back(make(name, -0.022 * static_cast<double>(balls.size() + 1)));
+    EXPECT_TRUE(bench.core.scene().setBody(name, {.mass = 0.1, .damping = 0.5}).ok());
+  }
+  const std::size_t hand = shared ? 1 : 0;
+  bench.step(40);
+  EXPECT_TRUE(bench.core.attachTool(bench.device(hand), {.object = "tool"}, by).ok());
+  bench.step(40);
+  Row row;
+  const auto cycle = [&](std::size_t group) -> const Cycle& {
+    return bench.core.devices().links()[group]->group().servo().cycle();
+  };
+  for (int i = 0; i < 1000; ++i) {
+    bench.scripted.back()->sample.p.x() = -0.1e-3 * std::min(i, 300);
+    bench.step();
+    row.most = std::max(row.most, cycle(hand).tool(0).last().on_device.force.norm());
+  }
+  bench.step(1000);
+  for (const std::uint32_t ball : balls) {
+    row.here.push_back(cycle(hand).scene().find(ball)->X_WO.p.x());
+    row.there.push_back(cycle(0).scene().find(ball)->X_WO.p.x());
+  }
+  return row;
+}
+
+TEST(TwoGroups, WhatABodyPushesThatAHandPushesMovesForTheOtherAndIsFeltNoOtherwise) {
+  const Row alone = pushedRow(false), shared = pushedRow(true);
+  EXPECT_LT(alone.here.back(), -0.08) << "all are pushed";
+  EXPECT_NEAR(shared.most, alone.most, 1e-6);
+  for (std::size_t i = 0; i < alone.here.size(); ++i) {
+    EXPECT_NEAR(shared.here[i], alone.here[i], 1e-6) << i;
+    EXPECT_NEAR(shared.there[i], shared.here[i], 1e-6) << i;
+  }
+}
+
 /** What only its servo knew: where a client had put something, and where a body had come to lie. */
 TEST(AGroupThatCloses, LeavesThingsWhereItHadThem) {
   Bench bench;

@@ -88,8 +88,9 @@ class SceneModel {
 
   /**
    * What clients of one servo changed through their rings, for the other servos: a moved object moves for everybody.
-   * Of place, material and flags, each by itself, the last writer wins. Vertex moves stay where they were made. Call
-   * every few milliseconds.
+   * Of place, material and flags, each by itself, the last writer wins. Where a body goes one servo says, for no two
+   * come to the same: the last in which anybody has moved it. Vertex moves stay where they were made. Call every few
+   * milliseconds.
    */
   void followClients();
 
@@ -126,6 +127,8 @@ class SceneModel {
     const CommandSink* placed_in = nullptr;  ///< With a velocity: in whose tick it stands at spec.X_PO,
     std::uint64_t placed_at = 0;             ///< and in which.
     std::int64_t effect_until_ns = 0;        ///< 0: it does not end.
+    const CommandSink* teller = nullptr;     ///< Of a body: whose clients, hands or tools moved it last,
+    std::array<double, 13> told{};           ///< and where and how fast the others were last told that it is there.
     std::array<std::array<Known, SceneObject::kParts>, kMaxGroups> known{};  ///< By sink.
   };
 
@@ -167,6 +170,9 @@ class SceneModel {
    */
   void refresh(Object& object);
   void follow(Object& object);
+  void followBody(Object& object);
+  /** Of a body: by number the sink that says where it is; of what nobody has moved the first. */
+  [[nodiscard]] std::size_t tellerOf(const Object& object) const;
   /** What stands there in that servo, if our own orders about that part have passed. */
   [[nodiscard]] bool posed(const Object& object, std::size_t sink, Part part, PosedObject& out) const;
   void takeOver(const PosedObject& now, std::size_t sink, Part part, Object& object);

@@ -74,6 +74,7 @@ void SceneModel::detach(CommandSink& sink) {
   std::replace(sinks_.begin(), sinks_.end(), &sink, static_cast<CommandSink*>(nullptr));
   for (Object& object : slots_) {
     if (object.placed_in == &sink) object.placed_in = nullptr;
+    if (object.teller == &sink) object.teller = nullptr;
   }
 }
 

@@ -27,9 +27,11 @@ void SceneModel::follow(Object& object) {
         known.client_edits = now.client_edits[part];
         if (crossed && known.behind) continue;
         takeOver(now, i, part, object);
+        if (part == SceneObject::kPlace) object.teller = sinks_[i];
         for (std::size_t k = 0; k < sinks_.size(); ++k) object.known[k][part].behind = k != i;
       }
     }
+    if (part == SceneObject::kPlace && object.spec.body.mass > 0) followBody(object);
     // One order at a time: a servo slower than that whose clients move things would never come to the end of them.
     for (std::size_t i = 0; i < sinks_.size(); ++i) {
       const Known& known = object.known[i][part];
@@ -37,6 +39,33 @@ void SceneModel::follow(Object& object) {
       if (sinks_[i]->accepting() && sinks_[i]->passed(known.ticket)) postPart(object, part, i);
     }
   }
+}
+
+/** What it does by itself is no edit. */
+void SceneModel::followBody(Object& object) {
+  const std::size_t i = tellerOf(object);
+  PosedObject now;
+  if (i == sinks_.size() || object.known[i][SceneObject::kPlace].behind) return;
+  if (!posed(object, i, SceneObject::kPlace, now)) return;
+  std::array<double, 13> here;
+  auto to = here.begin();
+  const auto add = [&](const auto& part) { to = std::copy(std::begin(part), std::end(part), to); };
+  add(now.p_PO);
+  add(now.q_PO);
+  add(now.v_PO);
+  add(now.w_PO);
+  if (here == object.told) return;
+  object.told = here;
+  takeOver(now, i, SceneObject::kPlace, object);
+  for (std::size_t k = 0; k < sinks_.size(); ++k) object.known[k][SceneObject::kPlace].behind = k != i;
+}
+
+std::size_t SceneModel::tellerOf(const Object& object) const {
+  const auto known = std::find(sinks_.begin(), sinks_.end(), object.teller);
+  const auto first = [](const CommandSink* s) { return s != nullptr; };
+  const auto it =
+      object.teller != nullptr && known != sinks_.end() ? known : std::find_if(sinks_.begin(), sinks_.end(), first);
+  return static_cast<std::size_t>(it - sinks_.begin());
 }
 
 void SceneModel::refresh() {
@@ -48,7 +77,8 @@ void SceneModel::refresh(Object& object) {
   for (const Part part : kAllParts) {
     PosedObject now;
     const auto tells = [&](std::size_t i) { return !object.known[i][part].behind && posed(object, i, part, now); };
-    std::size_t i = 0;
+    std::size_t i = part == SceneObject::kPlace && object.spec.body.mass > 0 ? tellerOf(object) : 0;
+    if (i > 0 && !(i < sinks_.size() && tells(i))) i = 0;
     while (i < sinks_.size() && !tells(i)) ++i;
     if (i < sinks_.size()) takeOver(now, i, part, object);
   }

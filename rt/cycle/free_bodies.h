@@ -4,7 +4,7 @@
  * objects follow, so that clients, other groups and every proxy see them move.
  *
  * Each servo moves the bodies of its own scene. The one whose tools or hands have pushed a body last, also by another
- * body, tells control where it goes, as if a client had moved it; the others take that over.
+ * body, tells control that it has, as if a client had moved it; where it goes from then on the others take over.
  */
 #pragma once
 

@@ -1,5 +1,6 @@
 // Two servos, one scene.
 #include "tests/session/bench.h"
+#include "tests/support/random.h"
 
 namespace hapticd::test {
 namespace {
@@ -228,6 +229,52 @@ TEST(TwoGroups, WhatABodyPushesThatAHandPushesMovesForTheOtherAndIsFeltNoOtherwi
   for (std::size_t i = 0; i < alone.here.size(); ++i) {
     EXPECT_NEAR(shared.here[i], alone.here[i], 1e-6) << i;
     EXPECT_NEAR(shared.there[i], shared.here[i], 1e-6) << i;
+  }
+}
+
+/** Of what tumbles no two servos make the same. */
+TEST(TwoGroups, WhatFallsComesToLieAlikeForBoth) {
+  Bench bench;
+  GroupConfig fast;
+  fast.name = "fast";
+  fast.devices = {"test://second"};
+  fast.rate_hz = 4000;
+  ASSERT_TRUE(bench.core.devices().openGroup(fast).ok());
+  const auto step = [&](int periods) {
+    for (int i = 0; i < periods; ++i) {
+      for (const std::size_t group : {1, 1, 1, 1, 0}) bench.core.devices().links()[group]->group().servo().runOnce();
+      for (const auto& link : bench.core.devices().links()) {
+        if (i % 2 == 0) link->group().servo().collider->step(nullptr);  // As often as the thread.
+      }
+      bench.core.poll();
+    }
+  };
+  const Client& by = bench.core.client(bench.administration);
+  const auto make = [&](const std::string& name, ShapeKind kind, const Pose& X) {
+    ObjectSpec spec;
+    spec.name = name;
+    spec.shape = {kind, {0.01, 0.015, 0.03}, 0};
+    spec.material = kDefaultMaterial;
+    spec.X_PO = X;
+    return bench.core.scene().create(spec, by).value();
+  };
+  make("floor", ShapeKind::kPlane, {});
+  ASSERT_TRUE(bench.core.scene().setGravity({0, 0, -9.81}).ok());
+  Random random(9);
+  std::vector<std::uint32_t> bricks;
+  for (int i = 0; i < 2; ++i) {
+    const std::string name = "brick" + std::to_string(i);
+    bricks.push_back(make(name, ShapeKind::kBox, {Vec3(0.01 * i, 0, 0.3 + 0.08 * i), random.turn()}));
+    ASSERT_TRUE(bench.core.scene().setBody(name, {.mass = 0.2}).ok());
+  }
+  step(1000);
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    const Pose& X = bench.core.devices().links()[0]->group().servo().cycle().scene().find(bricks[i])->X_WO;
+    const Pose& seen = bench.core.devices().links()[1]->group().servo().cycle().scene().find(bricks[i])->X_WO;
+    EXPECT_LT(X.p.z(), 0.1) << i << " has fallen";
+    EXPECT_LT((X.p - seen.p).norm(), 1e-4) << i;
+    EXPECT_LT(X.q.angularDistance(seen.q), 1e-2) << i;
+    EXPECT_LT((bench.core.scene().find("brick" + std::to_string(i))->spec.X_PO.p - X.p).norm(), 1e-4) << i;
   }
 }
 

@@ -4,6 +4,11 @@
 #include "daemon/scene/scene_model.h"
 
 namespace hapticd {
+namespace {
+
+constexpr double kStrayed = 1e-4, kStrayedTurn = 5e-3;  ///< So far apart may two servos have a body [m, rad].
+
+}  // namespace
 
 void SceneModel::followClients() {
   const auto servos = std::count_if(sinks_.begin(), sinks_.end(), [](const CommandSink* s) { return s != nullptr; });
@@ -54,6 +59,14 @@ void SceneModel::followBody(Object& object) {
   add(now.q_PO);
   add(now.v_PO);
   add(now.w_PO);
+  const Pose X{vec3(now.p_PO), quat(now.q_PO)};
+  for (std::size_t k = 0; k < sinks_.size(); ++k) {
+    PosedObject other;
+    if (k == i || !posed(object, k, SceneObject::kPlace, other)) continue;
+    const bool strayed =
+        (vec3(other.p_PO) - X.p).norm() > kStrayed || quat(other.q_PO).angularDistance(X.q) > kStrayedTurn;
+    if (strayed) object.known[k][SceneObject::kPlace].behind = true;  // What it met there, nobody met here.
+  }
   if (here == object.told) return;
   object.told = here;
   takeOver(now, i, SceneObject::kPlace, object);

@@ -278,6 +278,41 @@ TEST(TwoGroups, WhatFallsComesToLieAlikeForBoth) {
   }
 }
 
+/** Told of a tool every 5 ms, the other group has it go on for so long when it stops: 1 mm before a ball. */
+TEST(TwoGroups, WhatOnlyTheOtherHasSeenPushedIsPutBack) {
+  Bench bench;
+  const Client& by = bench.core.client(bench.administration);
+  const auto make = [&](const char* name, const Vec3& at) {
+    ObjectSpec spec;
+    spec.name = name;
+    spec.shape = {ShapeKind::kSphere, {0.01, 0, 0}, 0};
+    spec.material = kDefaultMaterial;
+    spec.X_PO.p = at;
+    return bench.core.scene().create(spec, by).value();
+  };
+  make("tool", {0.2, 0, 0});
+  const std::uint32_t ball = make("ball", {-0.021, 0, 0});
+  ASSERT_TRUE(bench.core.scene().setBody("ball", {.mass = 0.1, .damping = 20}).ok());
+  ASSERT_TRUE(bench.core.openDevice("test://second").ok());
+  bench.scripted[0]->sample.p.x() = 0.201;
+  bench.step(40);
+  ASSERT_TRUE(bench.core.attachTool(bench.device(0), {.object = "tool", .direct = true}, by).ok());
+  bench.step(40);
+  const auto x = [&](std::size_t group) {
+    return bench.core.devices().links()[group]->group().servo().cycle().scene().find(ball)->X_PO.p.x();
+  };
+  double strayed = 0;
+  for (int i = 0; i < 1000; ++i) {
+    bench.scripted[0]->sample.p.x() = std::max(0.0, 0.201 - 1e-3 * i);
+    for (const auto& link : bench.core.devices().links()) link->group().step();
+    if (i % 5 == 0) bench.core.poll();
+    strayed = std::max(strayed, x(0) - x(1));
+  }
+  EXPECT_EQ(x(0), -0.021) << "nothing touched it";
+  EXPECT_GT(strayed, 2e-4) << "else nothing was tried";
+  EXPECT_NEAR(x(1), x(0), 1e-4);
+}
+
 /** What only its servo knew: where a client had put something, and where a body had come to lie. */
 TEST(AGroupThatCloses, LeavesThingsWhereItHadThem) {
   Bench bench;

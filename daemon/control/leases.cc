@@ -210,7 +210,8 @@ bool Core::settle(PendingArm& arm, std::list<PendingArm>& others) {
       if (arm.took_lease && device.lease == arm.session) loseLease(device, "it could not be armed");
       arm.done(Error{ErrorCode::kFaultLatched, device.name,
                      fmt::format("the cause is still there: {}", faultText(sample.fault)),
-                     "clear the cause, then arm again"});
+                     sample.fault == HD_FAULT_OVERRUN ? "see hapticctl doctor, then arm again"
+                                                      : "clear the cause, then arm again"});
     } else if (device.lease != arm.session) {
       arm.done(Error{ErrorCode::kLeaseRequired, device.name, "the lease was lost meanwhile", {}});
     } else if ((sample.flags & HD_SAMPLE_ARMED) == 0) {
@@ -262,6 +263,8 @@ void Core::pollListed() {
 }
 
 Result<void> Core::disarm(std::uint64_t id) {
+  const Session* const by = sessions_.find(id);
+  if (by != nullptr && by->device->lease == 0) return {};  // It is off, or goes off: who ends may say so twice.
   auto session = leaseHolder(id, "disarm it; anybody may stop it");
   if (!session) return session.error();
   switchOff(*(*session)->device, CommandKind::kDisarm);

@@ -37,7 +37,7 @@ DeviceManager::~DeviceManager() {
 Result<void> DeviceManager::roomForGroup(const std::string& where) const {
   if (links_.size() + groups_opening_.size() + closer_.size() < kMaxGroups) return {};
   return Error{ErrorCode::kQuotaExceeded, where, fmt::format("there are {} device groups, the most", kMaxGroups),
-               "close a device first"};
+               "close a device first, or end a program that has opened one"};
 }
 
 /** Whether its driver has let go of a device that was closed. */

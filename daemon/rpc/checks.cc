@@ -96,7 +96,9 @@ CheckLine device(const OpenDevice& device) {
   const std::string name = "device " + device.name;
   if (s.sample.fault != HD_FAULT_NONE) {
     return {name, State::RED, fmt::format("fault: {}", faultText(s.sample.fault)),
-            fmt::format("clear the cause, then: hapticctl arm {}", device.name)};
+            fmt::format("{}, then: hapticctl arm {}",
+                        s.sample.fault == HD_FAULT_OVERRUN ? "see which line above is not green" : "clear the cause",
+                        device.name)};
   }
   return {name,
           State::GREEN,

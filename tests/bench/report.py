@@ -180,7 +180,7 @@ def main():
                                 (FORMER_COST.encode(), "was written by an older version of haptic-bench cost (")):
             (pathlib.Path(folder) / "nonsense.csv").write_bytes(nonsense)
             refused = subprocess.run([*command, f"{folder}/nonsense.csv"], capture_output=True, text=True, check=False)
-            if refused.returncode != 1 or f"nonsense.csv: {words}" not in refused.stderr.replace("it ", ""):
+            if refused.returncode != 1 or f"nonsense.csv: {words}" not in refused.stderr.replace("it ", "") or "install python3" in refused.stderr:
                 sys.exit(f"{nonsense} was taken: {refused.stderr}")
         for algorithms, words in ((("local:rat=30",), "rat"), (("theirs",), "no such algorithm"), ((own, own), "named twice")):
             refused = subprocess.run([*command[:-1], "-a", *algorithms], capture_output=True, text=True, check=False)

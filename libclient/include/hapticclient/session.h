@@ -177,7 +177,10 @@ HAPTIC_API int haptic_session_release_lease(haptic_session* session, haptic_erro
  * armed device is stopped. After HAPTIC_TIMEOUT it is not armed later either.
  */
 HAPTIC_API int haptic_session_arm(haptic_session* session, haptic_error* error);
-/** Has the force lowered, in a second at most; haptic_device_status.armed says when none can reach the device. */
+/**
+ * Has the force lowered, in a second at most; haptic_device_status.armed says when none can reach the device. Where
+ * nobody holds the lease it is off, and stays so: HAPTIC_OK.
+ */
 HAPTIC_API int haptic_session_disarm(haptic_session* session, haptic_error* error);
 
 /** HAPTIC_OK while the session lives, else HAPTIC_DISCONNECTED. Any thread, servo-safe. */

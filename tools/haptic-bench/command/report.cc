@@ -143,6 +143,9 @@ void draw(const json& data, const std::string& output, const std::vector<std::st
   while (error == 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (error != 0 || status != 0) {
+    constexpr int kRefused = 3;  // As in the script.
+    if (error == 0 && WIFEXITED(status) && WEXITSTATUS(status) == kRefused)
+      throw Failure("report", "no page is drawn with that file", "see above");
     throw Failure(script, "it could not draw the page", "install python3 and python3-matplotlib");
   }
 }

@@ -44,6 +44,8 @@ addEventListener("beforeprint", () => document.querySelectorAll("details").forEa
 </script>
 """
 
+REFUSED = 3  # Of haptic-bench report: what is wrong with a file has been told.
+
 # Who is handed the page alone has neither the documentation nor the thesis.
 METHOD = """<h2>Method</h2>
 <p>A hand strokes a mesh, and each algorithm answers each of its positions with a force, all in one program, on the same
@@ -206,4 +208,10 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        main()
+    except SystemExit as end:
+        if not isinstance(end.code, str):
+            raise
+        print(end.code, file=sys.stderr)
+        sys.exit(REFUSED)

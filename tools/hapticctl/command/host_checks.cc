@@ -209,7 +209,7 @@ HostCheck udevRules(const HostView& view) {
     }
   }
   return {"udev rules", kRed, "none: devices belong to root alone",
-          "install the hapticd package, or systemd/*-hapticd.rules to /etc/udev/rules.d"};
+          "install the hapticd package, or copy its lib/udev/rules.d/*-hapticd.rules to /etc/udev/rules.d"};
 }
 
 }  // namespace

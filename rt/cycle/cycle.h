@@ -102,6 +102,7 @@ class Cycle {
   struct PressedObject {
     std::uint32_t object = 0;
     std::uint32_t surface = 0;  ///< Surface::changes.
+    std::uint64_t shape = 0;    ///< Shape::number.
     double stiffness = 0;       ///< [N/m]
   };
   /** What one that holds a hand got from it in a tick. */

@@ -112,8 +112,9 @@ double Cycle::lent(const Lending& last) const HD_RT {
 
 /**
  * What clients have put into the springs that hold the hand, which now hold `stored`, by having made their objects
- * stiffer or given them another surface since the last tick [J]: what that adds is theirs, not the wall's. Of several
- * walls each holds k d^2 / 2, as if alone; a relief that is another may have lifted the ground by any height.
+ * stiffer or given them another surface or shape since the last tick [J]: what that adds is theirs, not the wall's. Of
+ * several walls each holds k d^2 / 2, as if alone; a relief or shape that is another may have lifted the ground by any
+ * height.
  */
 double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double stored) const HD_RT {
   std::array<PressedObject, kMaxHolding> now{};
@@ -123,7 +124,7 @@ double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double
   for (std::uint32_t i = 0; i < count; ++i) {
     const SceneObject* object = scene_.find(contact.parts > 0 ? contact.part[i].object : contact.object);
     if (object == nullptr) continue;
-    now[i] = {object->id, object->surface.changes, object->material.stiffness};
+    now[i] = {object->id, object->surface.changes, object->shape.number, object->material.stiffness};
     if (!(now[i].stiffness > 0)) continue;  // It holds nothing yet.
     all += share[i] = contact.parts > 0 ? contact.part[i].force.squaredNorm() / now[i].stiffness : 1;
   }
@@ -132,7 +133,7 @@ double Cycle::changed(DeviceState& device, const SurfaceContact& contact, double
   for (std::uint32_t i = 0; i < count && all > 0; ++i) {
     for (const PressedObject& before : device.pressed) {
       if (before.object == 0 || before.object != now[i].object) continue;
-      other_surface = other_surface || before.surface != now[i].surface;
+      other_surface = other_surface || before.surface != now[i].surface || before.shape != now[i].shape;
       if (now[i].stiffness > before.stiffness)
         put_in += stored * share[i] / all * (1 - before.stiffness / now[i].stiffness);
       break;

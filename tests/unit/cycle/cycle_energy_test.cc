@@ -167,6 +167,28 @@ TEST(CycleEnergy, AnObjectThatIsMadeStifferUnderAHandIsChargedToWhoDoesIt) {
   }
 }
 
+TEST(CycleEnergy, AnObjectThatIsGivenALargerShapeUnderAHandToo) {
+  CarriedHand hand;
+  constexpr double kHalf = 0.1;
+  hand.add(test::solid(makeObjectId(1, 1), ShapeKind::kBox, {800, 1, 0, 0}, {{-0.001 - kHalf, 0, 0}, Quat::Identity()},
+                       Vec3::Constant(kHalf)));
+  for (int i = 0; i < 20; ++i) hand.tick();
+  hand.push = -3;
+  for (int i = 0; i < 8000; ++i) {
+    const bool larger = i % 400 == 200;  // Not at first: it is not pressed yet.
+    if (larger || i % 400 == 0) {
+      SetShape order{makeObjectId(1, 1), 0, {}};
+      order.shape.kind = static_cast<std::uint32_t>(ShapeKind::kBox);
+      for (double& half : order.shape.size) half = kHalf + (larger ? 0.0015 : 0);
+      hand.put(CommandKind::kSetShape, order);
+    }
+    const GuardOutput& out = hand.tick();
+    ASSERT_EQ(out.fault, std::uint32_t{HD_FAULT_NONE}) << i;
+    ASSERT_FALSE(out.flags & HD_SAMPLE_PASSIVITY) << i << ": " << out.energy;
+    ASSERT_TRUE(i < 1000 || out.command.force.x() > 1) << "it goes on holding the hand";
+  }
+}
+
 /** The floor was touched first; the wall behind which the hand is, or the floor, is made stiffer and softer. */
 TEST(CycleEnergy, AWallThatIsMadeStifferBesideAFloorToo) {
   for (const std::uint32_t slot : {1u, 2u}) {

@@ -128,7 +128,8 @@ class SceneModel {
     std::uint64_t placed_at = 0;             ///< and in which.
     std::int64_t effect_until_ns = 0;        ///< 0: it does not end.
     const CommandSink* teller = nullptr;     ///< Of a body: whose clients, hands or tools moved it last,
-    std::array<double, 13> told{};           ///< and where and how fast the others were last told that it is there.
+    std::array<double, 13> told{};           ///< and where and how fast the others were last told that it is there,
+    int put_back = 0;                        ///< to which it has been put back so often in one of them.
     std::array<std::array<Known, SceneObject::kParts>, kMaxGroups> known{};  ///< By sink.
   };
 

@@ -7,6 +7,7 @@ namespace hapticd {
 namespace {
 
 constexpr double kStrayed = 1e-4, kStrayedTurn = 5e-3;  ///< So far apart may two servos have a body [m, rad].
+constexpr int kMostPutBack = 20;
 
 }  // namespace
 
@@ -59,18 +60,30 @@ void SceneModel::followBody(Object& object) {
   add(now.q_PO);
   add(now.v_PO);
   add(now.w_PO);
+  if (here != object.told) {
+    object.told = here;
+    object.put_back = 0;
+    takeOver(now, i, SceneObject::kPlace, object);
+    for (std::size_t k = 0; k < sinks_.size(); ++k) object.known[k][SceneObject::kPlace].behind = k != i;
+    return;
+  }
+  // What moves is told with the next place: this one may be of some ticks ago. And where the servos' worlds differ, as
+  // by a client's dent, it would be put back for ever.
+  const bool rests = std::all_of(here.begin() + 7, here.end(), [](double v) { return v == 0; });
+  if (!rests || object.put_back == kMostPutBack) return;
   const Pose X{vec3(now.p_PO), quat(now.q_PO)};
+  bool any = false;
   for (std::size_t k = 0; k < sinks_.size(); ++k) {
     PosedObject other;
     if (k == i || !posed(object, k, SceneObject::kPlace, other)) continue;
     const bool strayed =
         (vec3(other.p_PO) - X.p).norm() > kStrayed || quat(other.q_PO).angularDistance(X.q) > kStrayedTurn;
-    if (strayed) object.known[k][SceneObject::kPlace].behind = true;  // What it met there, nobody met here.
+    if (!strayed) continue;
+    object.known[k][SceneObject::kPlace].behind = any = true;  // What it met there, nobody met here.
   }
-  if (here == object.told) return;
-  object.told = here;
+  if (!any) return;
+  ++object.put_back;
   takeOver(now, i, SceneObject::kPlace, object);
-  for (std::size_t k = 0; k < sinks_.size(); ++k) object.known[k][SceneObject::kPlace].behind = k != i;
 }
 
 std::size_t SceneModel::tellerOf(const Object& object) const {

@@ -162,7 +162,7 @@ void FreeBodies::begin(Scene& scene, double dt, std::span<const std::uint32_t> h
   for (std::uint8_t k = 0; k < kMaxBodies; ++k) {
     Entry& entry = entry_[k];
     entry.mover = kNone;
-    entry.pushed = false;
+    entry.pushed = entry.swept = false;
     if (entry.object == 0) continue;
     const SceneObject* object = scene.find(entry.object);
     if (object == nullptr || !canMove(*object)) {
@@ -379,14 +379,15 @@ void FreeBodies::addTouches(const Scene& scene, std::uint8_t k, std::uint32_t mo
   }
 }
 
-/** What a hand pushes with another body is pushed here, too: in other groups it would come to lie elsewhere. */
+/** What a hand pushes with another body is pushed here, too: in other groups it would come to lie elsewhere. But only
+ * as long as a hand does: then another's may push it. */
 void FreeBodies::claimTouched() HD_RT {
   std::array<bool, JointStep::kMaxMovers> pushed{};
   for (const Entry& entry : entry_) {
     if (entry.mover != kNone && entry.pushed) pushed[joint_.island(entry.mover)] = true;
   }
   for (Entry& entry : entry_) {
-    if (entry.mover != kNone && pushed[joint_.island(entry.mover)]) entry.ours = true;
+    if (entry.mover != kNone && pushed[joint_.island(entry.mover)]) entry.swept = true;
   }
 }
 
@@ -406,7 +407,7 @@ void FreeBodies::place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_R
   const RigidBody& body = entry.body.body;
   const Pose X = body.pose();
   const Twist V{V_WC.v - V_WC.w.cross(body.com() - X.p), V_WC.w};
-  const std::uint32_t mover = entry.ours ? kCycleSession : kControlSession;
+  const std::uint32_t mover = entry.ours || entry.swept ? kCycleSession : kControlSession;
   (void)scene.apply(makeCommand(CommandKind::kObjectPose, poseMessage(entry.object, X, V), mover));
 }
 

@@ -135,7 +135,8 @@ class FreeBodies {
     std::array<Support, kMaxTouches> support;  ///< What it touched when it was last awake.
     std::uint32_t supports = 0;
     bool held = false;    ///< In a hand.
-    bool ours = false;    ///< Pushed here last: control is told where it goes.
+    bool ours = false;    ///< Pushed here last: control is told where it goes,
+    bool swept = false;   ///< and so is what it pushes, in this tick.
     bool pushed = false;  ///< By a hand or tool, in this tick.
     bool stands = false;  ///< Its contacts are stale, and the scene knows that it stands.
     std::uint8_t mover = kNone;

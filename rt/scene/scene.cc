@@ -9,6 +9,8 @@
 namespace hapticd {
 namespace {
 
+constexpr double kLeaseRounding = 1e-7;  ///< Of a lease [s].
+
 bool isRotation(const Quat& q) HD_RT { return isFinite(q) && std::abs(q.squaredNorm() - 1.0) < 1e-3; }
 
 bool isValid(const hd_material& m) HD_RT {
@@ -321,11 +323,6 @@ void Scene::noteFelt(std::uint32_t slot, bool before) HD_RT {
   if (!before && isFelt(objects_[slot])) motion_[slot].unmet = time_;
 }
 
-/** What the object in that slot does to hands may be another from now on. */
-void Scene::noteEffect(std::uint32_t slot) HD_RT {
-  if (effects_[slot].kind != static_cast<std::uint32_t>(EffectKind::kNone)) ++effect_changes_;
-}
-
 ErrorCode Scene::setEffect(const SetEffect& order) HD_RT {
   if (find(order.object) == nullptr) return ErrorCode::kNotFound;
   if (!isValid(order.effect)) return ErrorCode::kInvalidArgument;
@@ -371,6 +368,11 @@ void Scene::advance(double dt) HD_RT {
   }
 }
 
+/** Of a tick's time: what its motion's lease leaves. */
+double Scene::lasting(const Motion& motion, double dt) HD_RT {
+  return motion.lease > 0 ? std::min(motion.lease, dt) : dt;
+}
+
 /**
  * In its parent: where its velocity, given or told by the poses before, brings it; no farther than contacts look.
  * Without a pose, where it comes.
@@ -378,37 +380,14 @@ void Scene::advance(double dt) HD_RT {
 Pose Scene::foreseenIn(const SceneObject& object, const Motion& motion, double dt) const HD_RT {
   const bool driven = !isZero(object.V_PO);
   if (!motion.pose_set && !driven) return object.X_PO;
-  if (!motion.pose_set) return {object.X_PO.p + dt * object.V_PO.v, rotated(object.X_PO.q, object.V_PO.w, dt)};
+  if (!motion.pose_set) {
+    const double time = lasting(motion, dt);
+    return {object.X_PO.p + time * object.V_PO.v, rotated(object.X_PO.q, object.V_PO.w, time)};
+  }
   const Twist none, &told = motion.told_for > 0 ? motion.V_told : none;
   const Twist& V = driven ? object.V_PO : told;
   const double time = driven ? std::min(dt, kPoseHold) : std::min(time_ - motion.pose_time, kMetTime);
   return {motion.X_PO_before.p + time * V.v, rotated(motion.X_PO_before.q, V.w, time)};
-}
-
-/**
- * A pose is an order, too: what it changes that is not, by half at least, the motion of this tick by the velocity given
- * or told by poses, is no motion of the object to effects, which have nothing to sweep along.
- */
-void Scene::notePosed(std::uint32_t slot, const Twist& V_PO, double since) HD_RT {
-  const SceneObject& object = objects_[slot];
-  const Motion& above = motion_[object.parent];
-  Motion& motion = motion_[slot];
-  const Pose back{object.X_PO.p - V_PO.v * dt_, rotated(object.X_PO.q, V_PO.w, -dt_)};
-  motion.X_WB = (above.posed ? above.X_WB : objects_[object.parent].X_WO_before) * back;
-  motion.posed_after = std::max(motion.pose_set ? since : dt_, above.posed ? above.posed_after : dt_);
-  if (effects_[slot].kind == static_cast<std::uint32_t>(EffectKind::kNone)) return;
-  const Pose& now = object.X_WO;
-  const double aside = kLeastPut + 0.5 * (now.p - motion.X_WB.p).norm();
-  const double turned = kLeastPutAngle + 0.5 * now.q.angularDistance(motion.X_WB.q);
-  if ((motion.X_WB.p - object.X_WO_before.p).norm() <= aside &&
-      motion.X_WB.q.angularDistance(object.X_WO_before.q) <= turned)
-    return;
-  motion.put = advances_;
-  put_over_ = std::max(put_over_, std::min(motion.posed_after, kPoseHold));
-}
-
-Pose Scene::onItsWayBefore(std::uint32_t i) const HD_RT {
-  return motion_[i].put == advances_ ? motion_[i].X_WB : objects_[i].X_WO_before;
 }
 
 /** True if the object must be looked at next tick as well. */
@@ -441,9 +420,11 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
     }
     motion.pose_time = time_;
   } else if (driven) {
-    object.X_PO.p += object.V_PO.v * dt;
-    object.X_PO.q = rotated(object.X_PO.q, object.V_PO.w, dt);
+    const double time = lasting(motion, dt);
+    object.X_PO.p += object.V_PO.v * time;
+    object.X_PO.q = rotated(object.X_PO.q, object.V_PO.w, time);
   }
+  const bool ends = driven && !motion.pose_set && motion.lease > 0 && (motion.lease -= dt) < kLeaseRounding;
   motion.world_moved = motion.jump || above.world_moved || !same(object.X_PO, motion.X_PO_before);
   motion.teleported = motion.jump || above.teleported;
 
@@ -484,10 +465,7 @@ bool Scene::advanceObject(std::uint32_t slot, double dt) HD_RT {
   motion.pose_set = false;
   motion.jump = false;
   motion.reshaped = false;
-  if (driven && motion.lease > 0) {
-    motion.lease -= dt;
-    if (motion.lease < 0.5 * dt) halt(object);
-  }
+  if (ends) halt(object);
   return driven || motion.world_moved || motion.told || object.appeared;
 }
 

@@ -249,6 +249,7 @@ class Scene {
 
   ErrorCode change(const Command& command) HD_RT;
   static void halt(SceneObject& object) HD_RT;
+  [[nodiscard]] static double lasting(const Motion& motion, double dt) HD_RT;
   SceneObject* findMutable(std::uint32_t id) HD_RT;
   ErrorCode add(const AddObject& order) HD_RT;
   ErrorCode remove(std::uint32_t id) HD_RT;

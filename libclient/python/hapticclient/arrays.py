@@ -41,7 +41,7 @@ def ns(seconds: float, what: str) -> int:
 
 def us(seconds: float, what: str) -> int:
     """The same in 32 bits of microseconds, of which whatever is not zero makes one at least."""
-    if not 0 <= seconds < 2**32 * 1e-6:
+    if not 0 <= seconds <= 4294:
         raise ValueError(f"{what}: {seconds} is not a time from 0 to 4294 seconds")
     return max(round(seconds * 1e6), int(seconds > 0))
 

@@ -19,7 +19,7 @@
 
 /** A change of major breaks clients; a change of minor only adds (readers require minor >= theirs). */
 #define HD_SHM_MAJOR 2
-#define HD_SHM_MINOR 0
+#define HD_SHM_MINOR 1 /**< 1: hd_object_pose::lease_us. */
 
 #define HD_LINE 128u           /**< Producer and consumer fields stand this far apart: two 64-byte lines. */
 #define HD_SLOT_BYTES 512u     /**< One command slot or mailbox. */

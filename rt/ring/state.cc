@@ -49,9 +49,6 @@ void fillHeader(hd_shm_header& header, char region, std::uint64_t bytes, const R
   header.region = static_cast<std::uint32_t>(region);  // NOLINT(bugprone-signed-char-misuse)
 }
 
-/** A function because `minor < 0` is a warning for as long as HD_SHM_MINOR is zero. */
-bool atLeast(std::uint32_t minor, std::uint32_t wanted) noexcept { return minor >= wanted; }
-
 }  // namespace
 
 void initialiseRegions(hd_region_a* a, hd_region_b* b, const RegionIdentity& identity) noexcept {
@@ -67,7 +64,7 @@ ErrorCode checkHeader(const hd_shm_header& header, char region, std::uint64_t by
   const std::uint64_t wanted = region == 'A' ? sizeof(hd_region_a) : sizeof(hd_region_b);
   if (bytes < wanted || loadAcquire(header.ready) != 1) return ErrorCode::kInvalidArgument;  // A4, pairs with R4
   if (header.magic != HD_SHM_MAGIC) return ErrorCode::kInvalidArgument;
-  if (header.major != HD_SHM_MAJOR || !atLeast(header.minor, HD_SHM_MINOR)) return ErrorCode::kVersionMismatch;
+  if (header.major != HD_SHM_MAJOR || header.minor < HD_SHM_MINOR) return ErrorCode::kVersionMismatch;
   const bool shape = header.header_bytes == sizeof(hd_shm_header) && header.slot_bytes == HD_SLOT_BYTES &&
                      header.ring_slots == HD_RING_SLOTS && header.mailboxes == HD_MAILBOXES &&
                      header.history_slots == HD_HISTORY_SLOTS && header.sample_bytes == sizeof(hd_sample);

@@ -43,6 +43,7 @@ TEST(Header, SaysWhatIsWrong) {
   };
   EXPECT_EQ(check(r.a->header), ErrorCode::kOk);
   EXPECT_EQ(with([](auto& h) { ++h.major; }), ErrorCode::kVersionMismatch);
+  EXPECT_EQ(with([](auto& h) { --h.minor; }), ErrorCode::kVersionMismatch);
   EXPECT_EQ(with([](auto& h) { h.minor = 9; }), ErrorCode::kOk) << "a newer minor only adds";
   EXPECT_EQ(with([](auto& h) { h.ready = 0; }), ErrorCode::kInvalidArgument);
   EXPECT_EQ(with([](auto& h) { h.magic ^= 1; }), ErrorCode::kInvalidArgument);

@@ -33,6 +33,8 @@ struct Layout {
 
 constexpr std::string_view kNames[kColumns] = {"t", "x", "y", "z", "qw", "qx", "qy", "qz", "gripper_rad", "buttons"};
 
+constexpr const char* kCommas = "write commas between them, and a point in numbers: 0.5,0.01,0,0";
+
 /** As parseNumber(), and with the plus that some programs write before what is not negative. */
 std::optional<double> number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
@@ -183,6 +185,10 @@ class Parser {
     }
     for (const Column column : {kTime, kX, kY, kZ}) {
       if (layout.field[column] == kAbsent) {
+        for (const std::string_view field : fields_) {
+          if (const std::size_t at = field.find_first_of(";\t"); at != std::string_view::npos)
+            return fault(0, fmt::format("{} part its columns", field[at] == ';' ? "semicolons" : "tabs"), kCommas);
+        }
         return fault(0, fmt::format("the header names no column {}", kNames[column]),
                      "name time t or t_ns and position x, y, z (or px, py, pz), or with a unit: t_ms, x_mm");
       }

@@ -1,6 +1,7 @@
 // How devices close: at a client's wish, and by themselves when nobody wants them any more.
 #include <algorithm>
 #include <new>
+#include <utility>
 
 #include "daemon/control/core.h"
 #include "daemon/log/log.h"
@@ -63,13 +64,13 @@ Result<void> Core::mayGo(const GroupLink& link, bool administration) {
 }
 
 Result<void> Core::closeGroupOf(OpenDevice& device) {
-  std::vector<std::string> names;
+  std::vector<std::pair<std::string, HeldObject>> hands;
   GroupLink* const link = device.link;
   const std::string group = link->name();
   std::vector<std::string> canonical;
   for (std::size_t i = 0; i < link->group().deviceCount(); ++i) canonical.push_back(link->group().device(i).info().uri);
   for (const auto& other : devices_.devices()) {
-    if (other->link == link) names.push_back(other->name);
+    if (other->link == link) hands.emplace_back(other->name, other->tool);
   }
   if (auto r = devices_.endServo(*device.link); !r) return r;  // It may yet write what sessions that ended have mapped.
   try {
@@ -85,8 +86,9 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   wanted_.closed(group, std::move(canonical));
   events_dropped_.erase(link);
   missed_.erase(link);
-  for (const std::string& name : names) {
+  for (const auto& [name, held] : hands) {
     tellDisarmed(name);
+    tellPutAway(name, held);
     publish(EventKind::kDeviceRemoved, name);
   }
   if (closed->empty()) return {};

@@ -287,8 +287,8 @@ class Core {
   void hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& object);
   void holdAnew(OpenDevice& device);
   [[nodiscard]] Result<void> notInHand(std::string_view name, const char* where);
-  void tellTool(const OpenDevice& device, const std::string& object, const std::string& what);
-  void tellPutAway(const OpenDevice& device, const HeldObject& held);
+  void tellTool(const std::string& device, const std::string& object, const std::string& what);
+  void tellPutAway(const std::string& device, const HeldObject& held);
   [[nodiscard]] Result<void> mayRunServos() const;
   void switchOff(OpenDevice& device, CommandKind kind) noexcept;
   void pollOffs();

@@ -73,11 +73,11 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
 
   const HeldObject former = device.tool;
   hold(device, wish, *object);
-  if (former.id != object->id) tellPutAway(device, former);
+  if (former.id != object->id) tellPutAway(device.name, former);
   const HeldObject& tool = device.tool;
   log::info("{}: holds '{}', {:g} kg at {:g} N/m{}{}", device.name, log::printable(tool.object), tool.mass,
             tool.stiffness, tool.note.empty() ? "" : "; ", log::printable(tool.note));
-  tellTool(device, tool.object, tool.note.empty() ? "tool" : "tool; " + tool.note);
+  tellTool(device.name, tool.object, tool.note.empty() ? "tool" : "tool; " + tool.note);
   return {};
 }
 
@@ -129,17 +129,17 @@ void Core::holdAnew(OpenDevice& device) {
   if (now && now->id == tool.id) hold(device, as_before, *now);
 }
 
-void Core::tellTool(const OpenDevice& device, const std::string& object, const std::string& what) {
+void Core::tellTool(const std::string& device, const std::string& object, const std::string& what) {
   Event event;
   event.kind = EventKind::kObjectChanged;
   event.t_ns = clock_.now();
-  event.device = device.name;
+  event.device = device;
   event.object = object;
   event.text = what;
   events_.publish(event);
 }
 
-void Core::tellPutAway(const OpenDevice& device, const HeldObject& held) {
+void Core::tellPutAway(const std::string& device, const HeldObject& held) {
   const bool there = !held.object.empty() && scene_.nameOf(held.id) == held.object;  // Else it went with its object.
   if (there) tellTool(device, held.object, "tool detached");
 }
@@ -190,7 +190,7 @@ Result<void> Core::detachTool(OpenDevice& device, const Client& by) {
   if (auto r = mayChange(device, by); !r) return r;
   const HeldObject held = std::exchange(device.tool, {});
   (void)device.link->post(makeCommand(CommandKind::kDetachTool, DeviceRef{device.index}));
-  tellPutAway(device, held);
+  tellPutAway(device.name, held);
   return {};
 }
 

@@ -173,6 +173,19 @@ TEST_F(ToolBench, IsToldWhenItComesAndWhenItGoes) {
   EXPECT_TRUE(told().empty()) << "nothing was held";
 }
 
+TEST_F(ToolBench, IsToldToBeGoneWithItsHand) {
+  ASSERT_TRUE(tree.set(path() + "?value=box", anybody).ok());
+  const std::string name = device.name;
+  const auto id = bench.core.events().subscribe(1u << static_cast<unsigned>(EventKind::kObjectChanged), [] {});
+  bench.client.reset();
+  bench.core.disconnect(bench.connection);
+  bench.step(3);
+  ASSERT_TRUE(bench.core.closeDevice(name, bench.administration).ok());
+  const auto told = bench.core.events().take(id).events;
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told.front().device + " " + told.front().object + " " + told.front().text, name + " box tool detached");
+}
+
 TEST_F(ToolBench, WhatIsNoToolIsRefusedByItsReason) {
   const auto code = [&](const char* value) { return tree.set(path() + "?value=" + value, anybody).error().code; };
   EXPECT_EQ(code("nothing"), ErrorCode::kNotFound);

@@ -118,6 +118,21 @@ TEST_F(CycleMover, WhatHasALeaseStandsWhenThatRunsOut) {
   expectMoving(kHis);
 }
 
+TEST_F(CycleMover, PeriodsThatAreMissedAreOfTheLease) {
+  constexpr std::uint32_t kMissed = 100;
+  move(kHis, kLost).as<hd_object_pose>().lease_us =
+      static_cast<std::uint32_t>(std::lround(40e-3 * static_cast<double>(cycle->config().period_ns)));
+  for (int i = 0; i < 10; ++i) step();
+  input->missed = kMissed;
+  input->tick += kMissed;
+  input->now_ns += kMissed * cycle->config().period_ns;
+  step();
+  input->missed = 0;
+  EXPECT_NEAR(x(kHis), 40 * kV.x() * 1e-9 * static_cast<double>(cycle->config().period_ns), 1e-12) << "no farther";
+  step();
+  expectStill(kHis);
+}
+
 TEST_F(CycleMover, WhatAHandHoldsIsWhereThatIs) {
   put(CommandKind::kAttachTool, test::attachBox(kTheirs, {2, 2, 2}, DeviceInfo{}));
   for (int i = 0; i < 20; ++i) at(Vec3::Zero());

@@ -142,6 +142,9 @@ TEST(PoseCsv, FaultsNameFileLineAndColumn) {
   EXPECT_THAT(refusal("0,12,0,0\n"), HasSubstr("column 2: 12 m is more than 10 m"));
   EXPECT_THAT(refusal("0,0,0,0,0,0,0,0\n"), HasSubstr("column 5: qw,qx,qy,qz is not a unit quaternion"));
   EXPECT_THAT(refusal("t,x,y\n0,0,0\n"), HasSubstr("no column z"));
+  EXPECT_THAT(refusal("t;x;y;z\n0;0;0;0\n"), HasSubstr("semicolons part its columns"));
+  EXPECT_THAT(refusal("0,1;0,2;0,0;0,0\n"), HasSubstr("semicolons part its columns"));
+  EXPECT_THAT(refusal("t\tx\ty\tz\n0\t0\t0\t0\n"), HasSubstr("tabs part its columns"));
   EXPECT_THAT(refusal("t,x,y,z,px\n0,0,0,0,0\n"), HasSubstr("column 5: a second column for x"));
   EXPECT_THAT(refusal("t,x,y,z,qw\n0,0,0,0,1\n"), HasSubstr("no column qx"));
   EXPECT_THAT(refusal("t,x,y,z,buttons\n0,0,0,0,-1\n"), HasSubstr("column 5: buttons"));

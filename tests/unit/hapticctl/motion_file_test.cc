@@ -72,6 +72,8 @@ TEST_F(MotionFileTest, IsOfOneDevice) {
 
 TEST_F(MotionFileTest, NamesLineAndColumn) {
   EXPECT_EQ(refusal("t,x,y\n0,0,0\n"), "m.csv:1: no column 'z'");
+  EXPECT_EQ(refusal("t;x;y;z\n0;0;0;0\n"), "m.csv:1: semicolons part its columns");
+  EXPECT_EQ(refusal("0\t0\t0\t0\n"), "m.csv:1: tabs part its columns");
   EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0,nan,0\n"), "m.csv:3: 'nan' in column 'y' is not a finite number");
   EXPECT_EQ(refusal("t,x,y,z\n0,0,0,0\n1,0\n"), "m.csv:3: it ends before column 'y'");
   EXPECT_EQ(refusal("t,x,y,z\n1,0,0,0\n1,0,0,0\n"), "m.csv:3: time does not rise");

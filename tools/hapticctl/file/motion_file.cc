@@ -101,6 +101,9 @@ Motion Motion::read(const std::string& path) {
         const auto at =
             std::find_if(fields.begin(), fields.end(), [&](std::string_view f) { return scaleOf(f, c) != 0; });
         if (at == fields.end()) {
+          if (const std::size_t parted = line.find_first_of(";\t"); parted != std::string::npos)
+            fail(number, fmt::format("{} part its columns", line[parted] == ';' ? "semicolons" : "tabs"),
+                 "write commas between them, and a point in numbers: 0.5,0.01,0,0");
           fail(number, fmt::format("no column '{}'", kColumns[c][0]),
                "the first line names them: t,x,y,z in seconds and metres, or t_ms,x_mm,y_mm,z_mm");
         }

@@ -149,10 +149,20 @@ class Parser {
     return {ErrorCode::kInvalidArgument, std::move(where), std::move(what), std::move(remedy)};
   }
 
+  /** What a spreadsheet may have put where commas belong. */
+  std::optional<std::string_view> parting() const {
+    for (const std::string_view field : fields_) {
+      if (field.find(';') != std::string_view::npos) return "semicolons";
+      if (field.find('\t') != std::string_view::npos) return "tabs";
+    }
+    return {};
+  }
+
   Result<void> assumeLayout(Layout& layout) const {
     layout.field.fill(kAbsent);
     layout.scale.fill(1);
     if (fields_.size() != 4 && fields_.size() != 8) {
+      if (const auto parts = parting()) return fault(0, fmt::format("{} part its columns", *parts), kCommas);
       return fault(0, fmt::format("{} columns without a header", fields_.size()),
                    "give t,x,y,z or t,x,y,z,qw,qx,qy,qz, or name the columns in the first line");
     }
@@ -185,10 +195,7 @@ class Parser {
     }
     for (const Column column : {kTime, kX, kY, kZ}) {
       if (layout.field[column] == kAbsent) {
-        for (const std::string_view field : fields_) {
-          if (const std::size_t at = field.find_first_of(";\t"); at != std::string_view::npos)
-            return fault(0, fmt::format("{} part its columns", field[at] == ';' ? "semicolons" : "tabs"), kCommas);
-        }
+        if (const auto parts = parting()) return fault(0, fmt::format("{} part its columns", *parts), kCommas);
         return fault(0, fmt::format("the header names no column {}", kNames[column]),
                      "name time t or t_ns and position x, y, z (or px, py, pz), or with a unit: t_ms, x_mm");
       }

@@ -27,6 +27,7 @@ struct Twist {
   Vec3 v = Vec3::Zero();
   Vec3 w = Vec3::Zero();
 };
+[[nodiscard]] inline bool isZero(const Twist& V) HD_RT { return V.v.isZero(0) && V.w.isZero(0); }
 
 /** A rigid transform: x_A = q x_B + p. */
 struct Pose {

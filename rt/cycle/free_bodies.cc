@@ -11,10 +11,6 @@
 namespace hapticd {
 namespace {
 
-constexpr double kSupport = 5e-4;        ///< What lies has something this near below it [m] ...
-constexpr double kUpward = 0.05;         ///< ... that faces its weight by this cosine or more.
-constexpr double kUnturned = 1e-4;       ///< What has turned less is where it was [rad].
-constexpr double kStirring = 1e-5;       ///< An obstacle that moves faster wakes what it touches [m/s].
 constexpr std::uint64_t kTagShift = 40;  ///< Keys of contacts are told apart by who found them.
 
 MassProperties massOf(const SetBody& order) HD_RT {
@@ -24,11 +20,6 @@ MassProperties massOf(const SetBody& order) HD_RT {
   const double(&i)[6] = order.inertia;
   out.inertia_O << i[0], i[3], i[4], i[3], i[1], i[5], i[4], i[5], i[2];
   return out;
-}
-
-/** Two coefficients make one: the geometric mean is common. */
-double frictionOf(const SceneObject& a, const SceneObject& b) HD_RT {
-  return std::sqrt(a.material.friction_static * b.material.friction_static);
 }
 
 }  // namespace
@@ -231,6 +222,10 @@ void FreeBodies::push(std::uint8_t body, const Vec3& impulse, const Vec3& at, co
   if (entry.mover != kNone) joint_.moved(entry.mover);  // A tool that touches it has added it to the joint step.
 }
 
+double FreeBodies::frictionOf(const SceneObject& a, const SceneObject& b) HD_RT {
+  return std::sqrt(a.material.friction_static * b.material.friction_static);
+}
+
 Twist FreeBodies::motionWithin(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
   const std::uint32_t own = objectSlot(entry_[k].object);
   if (slot == own) return Twist{};
@@ -272,67 +267,6 @@ bool FreeBodies::meets(const Scene& scene, std::uint8_t k, std::uint32_t i) cons
 bool FreeBodies::feels(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
   if (!isFelt(scene.slot(slot))) return false;
   return find(slot) == kNone || isFelt(scene.slot(objectSlot(entry_[k].object)));
-}
-
-FreeBodies::Support FreeBodies::supportOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT {
-  const SceneObject &self = scene.slot(objectSlot(entry_[k].object)), &other = scene.slot(slot);
-  const std::uint64_t mesh = other.shape.kind == ShapeKind::kMesh ? other.shape.number : 0;
-  return {slot, other.shape.kind, other.shape.size, mesh, other.X_WO, frictionOf(self, other)};
-}
-
-void FreeBodies::noteSupports(const Scene& scene, std::uint8_t k) HD_RT {
-  Entry& entry = entry_[k];
-  entry.supports = 0;
-  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
-    const std::uint32_t slot = entry.model.point[i].body();
-    const auto begin = entry.support.begin(), end = begin + entry.supports;
-    const auto isIt = [&](const Support& s) HD_RT { return s.slot == slot; };
-    if (std::any_of(begin, end, isIt) || !meets(scene, k, i) || touchOf(scene, k, i).gap > kTouching) continue;
-    entry.support[entry.supports++] = supportOf(scene, k, slot);
-  }
-}
-
-/**
- * Whatever else it touches: a plank on two blocks would hang in the air on one of them. Another that is there instead,
- * as like as that, holds as well.
- */
-bool FreeBodies::isHeldAsBefore(const Scene& scene, std::uint8_t k) const HD_RT {
-  const Entry& entry = entry_[k];
-  const auto isAsBefore = [&](const Support& then) HD_RT {
-    if (!feels(scene, k, then.slot)) return false;
-    const Support now = supportOf(scene, k, then.slot);
-    return now.kind == then.kind && now.size == then.size && now.mesh == then.mesh &&
-           (now.X_WO.p - then.X_WO.p).norm() <= kTouching && now.X_WO.q.angularDistance(then.X_WO.q) <= kUnturned &&
-           !(now.friction < then.friction);
-  };
-  return std::all_of(entry.support.begin(), entry.support.begin() + entry.supports, isAsBefore);
-}
-
-/**
- * What lies stays asleep until something that held it goes or holds it less, or something that moves touches it. Of two
- * bodies only one may know of the contact: whichever is awake wakes the other. It does not keep it awake: see
- * watchRest().
- */
-void FreeBodies::wakeTouched(const Scene& scene, std::uint8_t k) HD_RT {
-  Entry& entry = entry_[k];
-  bool lies = false;  // What is beside it or on it does not carry it: two would hold each other in the air.
-  const Vec3 weight = entry.body.weightOf(gravity_);
-  for (std::uint32_t i = 0; i < entry.model.count; ++i) {
-    const std::uint32_t slot = entry.model.point[i].body();
-    if (!meets(scene, k, i)) continue;
-    const Touch touch = touchOf(scene, k, i);
-    lies = lies || (touch.gap < kSupport && -touch.n.dot(weight) > kUpward * weight.norm());
-    if (touch.gap > kTouching) continue;
-    if (touch.moving.norm() > kStirring) entry.body.wake();
-    const std::uint8_t other = find(slot);
-    if (other == kNone) continue;
-    const auto moves = [](const Entry& e) HD_RT { return !e.body.asleep() && e.age < kStale; };
-    if (entry_[other].body.asleep() && moves(entry)) entry_[other].body.wake();
-    if (entry.body.asleep() && moves(entry_[other])) entry.body.wake();
-  }
-  if (entry.body.asleep() && !lies && !weight.isZero(0)) entry.body.wake();
-  if (entry.body.asleep() && !isHeldAsBefore(scene, k)) entry.body.wake();
-  if (!entry.body.asleep()) noteSupports(scene, k);
 }
 
 /** In a bowl of a mesh its box leads down through the floor on which points hold. */
@@ -388,18 +322,6 @@ void FreeBodies::claimTouched() HD_RT {
   }
   for (Entry& entry : entry_) {
     if (entry.mover != kNone && pushed[joint_.island(entry.mover)]) entry.swept = true;
-  }
-}
-
-/** What touches falls asleep together: one of a pile that slept by itself would be woken by the next, and so on. */
-void FreeBodies::watchRest(double dt) HD_RT {
-  std::array<bool, JointStep::kMaxMovers> stirs{};
-  for (Entry& entry : entry_) {
-    if (entry.mover == kNone) continue;
-    if (!entry.body.watchRest(dt)) stirs[joint_.island(entry.mover)] = true;
-  }
-  for (Entry& entry : entry_) {
-    if (entry.mover != kNone && !stirs[joint_.island(entry.mover)]) entry.body.sleep();
   }
 }
 

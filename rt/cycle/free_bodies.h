@@ -145,11 +145,6 @@ class FreeBodies {
   std::uint8_t moverOf(std::uint8_t k) HD_RT;
   /** Whether body k feels what is in that slot; of two bodies neither does if one is not felt. */
   [[nodiscard]] bool feels(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
-  [[nodiscard]] Support supportOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
-  /** What it touches now is what may hold it. */
-  void noteSupports(const Scene& scene, std::uint8_t k) HD_RT;
-  /** Whether all that held it is there as then, and holds it no less. */
-  [[nodiscard]] bool isHeldAsBefore(const Scene& scene, std::uint8_t k) const HD_RT;
   /** Whether body k touches what contact i is of. */
   [[nodiscard]] bool meets(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
   /** Whether what body k knows of that slot is of before that came there. */
@@ -157,7 +152,16 @@ class FreeBodies {
     return entry_[k].asked < arrivedIn(scene, slot);
   }
   [[nodiscard]] Touch touchOf(const Scene& scene, std::uint8_t k, std::uint32_t i) const HD_RT;
+  /** Two coefficients make one: the geometric mean is common. */
+  [[nodiscard]] static double frictionOf(const SceneObject& a, const SceneObject& b) HD_RT;
+  // Sleep (free_bodies_rest.cc).
+  [[nodiscard]] Support supportOf(const Scene& scene, std::uint8_t k, std::uint32_t slot) const HD_RT;
+  /** What it touches now is what may hold it. */
+  void noteSupports(const Scene& scene, std::uint8_t k) HD_RT;
+  /** Whether all that held it is there as then, and holds it no less. */
+  [[nodiscard]] bool isHeldAsBefore(const Scene& scene, std::uint8_t k) const HD_RT;
   void wakeTouched(const Scene& scene, std::uint8_t k) HD_RT;
+  void watchRest(double dt) HD_RT;
   // Out of what it was put into (lead_out.cc).
   /** What a plane knows of what it touches: a point; all of it, or of the box about it (kWayOut). */
   enum class Knows : std::uint8_t { kPoint, kWhole, kBox };
@@ -193,7 +197,6 @@ class FreeBodies {
   /** The first `most` of them: those that ContactModel chose first hold it best. */
   void addTouches(const Scene& scene, std::uint8_t k, std::uint32_t most) HD_RT;
   void claimTouched() HD_RT;
-  void watchRest(double dt) HD_RT;
   static void place(Scene& scene, const Entry& entry, const Twist& V_WC) HD_RT;
   static void leave(Scene& scene, Entry& entry) HD_RT;
 

@@ -76,10 +76,13 @@ struct ShapeParameters {
   double size[3];
 };
 
+/** Beside hd_object_flag, by control alone: it is in the hand of a device, of whichever servo. */
+inline constexpr std::uint32_t kObjectInHand = 1u << 31;
+
 struct AddObject {
   std::uint32_t object;
   std::uint32_t parent;  ///< Object id, 0 for the root.
-  std::uint32_t flags;   ///< hd_object_flag
+  std::uint32_t flags;   ///< hd_object_flag, kObjectInHand
   std::uint32_t reserved;
   ShapeParameters shape;
   hd_material material;

@@ -88,7 +88,7 @@ Result<void> Core::closeGroupOf(OpenDevice& device) {
   missed_.erase(link);
   for (const auto& [name, held] : hands) {
     tellDisarmed(name);
-    tellPutAway(name, held);
+    putAway(name, held);
     publish(EventKind::kDeviceRemoved, name);
   }
   if (closed->empty()) return {};

@@ -288,7 +288,7 @@ class Core {
   void holdAnew(OpenDevice& device);
   [[nodiscard]] Result<void> notInHand(std::string_view name, const char* where);
   void tellTool(const std::string& device, const std::string& object, const std::string& what);
-  void tellPutAway(const std::string& device, const HeldObject& held);
+  void putAway(const std::string& device, const HeldObject& held);
   [[nodiscard]] Result<void> mayRunServos() const;
   void switchOff(OpenDevice& device, CommandKind kind) noexcept;
   void pollOffs();

@@ -73,7 +73,7 @@ Result<void> Core::attachTool(OpenDevice& device, const ToolWish& wish, const Cl
 
   const HeldObject former = device.tool;
   hold(device, wish, *object);
-  if (former.id != object->id) tellPutAway(device.name, former);
+  if (former.id != object->id) putAway(device.name, former);
   const HeldObject& tool = device.tool;
   log::info("{}: holds '{}', {:g} kg at {:g} N/m{}{}", device.name, log::printable(tool.object), tool.mass,
             tool.stiffness, tool.note.empty() ? "" : "; ", log::printable(tool.note));
@@ -109,6 +109,7 @@ void Core::hold(OpenDevice& device, const ToolWish& wish, const ObjectNow& objec
   order.angular_stiffness = gains.angular_stiffness;
   order.angular_damping = gains.angular_damping;
   (void)device.link->post(makeCommand(CommandKind::kAttachTool, order));
+  scene_.setInHand(object.id, true);
   device.tool = {wish.object,
                  object.id,
                  wish.mass,
@@ -139,7 +140,8 @@ void Core::tellTool(const std::string& device, const std::string& object, const 
   events_.publish(event);
 }
 
-void Core::tellPutAway(const std::string& device, const HeldObject& held) {
+void Core::putAway(const std::string& device, const HeldObject& held) {
+  scene_.setInHand(held.id, false);
   const bool there = !held.object.empty() && scene_.nameOf(held.id) == held.object;  // Else it went with its object.
   if (there) tellTool(device, held.object, "tool detached");
 }
@@ -190,7 +192,7 @@ Result<void> Core::detachTool(OpenDevice& device, const Client& by) {
   if (auto r = mayChange(device, by); !r) return r;
   const HeldObject held = std::exchange(device.tool, {});
   (void)device.link->post(makeCommand(CommandKind::kDetachTool, DeviceRef{device.index}));
-  tellPutAway(device.name, held);
+  putAway(device.name, held);
   return {};
 }
 

@@ -185,7 +185,7 @@ Result<Recordings::Started> Recordings::start(OpenDevice& device, const Client& 
     start.tick = servo.lastInput().tick;
     start.now_ns = servo.lastInput().now_ns;
     servo.publishPoses();  // where clients moved things, up to this cycle
-    start.orders = scene_.orders(start.config.period_ns);
+    start.orders = scene_.orders(link);
     restate(former, start.now_ns, start.orders);
     const auto cycle = makeCycle(start, link.meshes());
     cycle->tellOn(former);

@@ -157,8 +157,9 @@ Result<void> SceneModel::setBody(std::string_view name, const BodySpec& body) {
   }
   if (auto r = accepting(); !r) return r;
   refresh(*object);
+  const bool was_body = object->spec.body.mass > 0;
   object->spec.body = body;
-  post(*object, bodyCommand(*object));
+  postBody(*object, was_body);
   const std::string note =
       body.mass > 0 ? withoutField(object->spec.name, object->spec.shape, meshes_, SceneContacts::kBodyPatches)
                     : std::string();
@@ -238,7 +239,7 @@ Result<void> SceneModel::setShape(std::string_view name, const ShapeSpec& shape)
   if (object->spec.body.mass > 0) {
     // Its mass is spread over the new shape; an infinite shape (a plane) can have none and no longer moves.
     if (!checkMovable(describe(objectSlot(object->id)).spec, meshes_, "shape")) object->spec.body.mass = 0;
-    post(*object, bodyCommand(*object));
+    postBody(*object, true);
   }
   if (before.kind == ShapeKind::kMesh) meshes_.release(before.mesh);
   changed(object->spec.name, "shape");

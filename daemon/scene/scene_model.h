@@ -101,10 +101,12 @@ class SceneModel {
   void refresh();
   /** The object with that id, whose mover, who gave it that velocity, is gone, stays where it is; a body flies on. */
   void stand(std::uint32_t id, const Twist& V_PO);
+  /** The object with that id is in a hand, or no more: what clients say of its place is nothing meanwhile. */
+  void setInHand(std::uint32_t id, bool in_hand);
   /** That servo's cycle was made anew, with orders(): it counts what its clients change from the start. */
   void madeAnew(const CommandSink& sink);
-  /** The orders that make the whole scene, as it is now, in an empty servo. */
-  [[nodiscard]] std::vector<Command> orders(std::int64_t period_ns);
+  /** The orders that make the whole scene, as it now is there, in that servo made anew. */
+  [[nodiscard]] std::vector<Command> orders(const CommandSink& sink);
 
  private:
   using Part = SceneObject::Part;
@@ -124,6 +126,8 @@ class SceneModel {
     std::uint32_t id = 0;
     std::uint32_t parent_slot = 0;
     Twist V_PO;
+    bool in_hand = false;
+    bool settles = false;                    ///< No body any more: where it stopped its teller will say.
     const CommandSink* placed_in = nullptr;  ///< With a velocity: in whose tick it stands at spec.X_PO,
     std::uint64_t placed_at = 0;             ///< and in which.
     std::int64_t effect_until_ns = 0;        ///< 0: it does not end.
@@ -144,11 +148,12 @@ class SceneModel {
   Result<void> accepting() const;
   Result<void> checkShapeMesh(const ShapeSpec& shape, const std::string& where) const;
   void post(Object& object, const Command& command);
+  void postBody(Object& object, bool was_body);
   /** As it now is, to every servo. */
   void postPart(Object& object, Part part);
   void postPart(Object& object, Part part, std::size_t sink);
   /** Each object in turn, parents first, with the orders that make it for a servo of that period. */
-  void replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give);
+  void replay(const CommandSink& sink, const std::function<void(Object&, const Command&)>& give);
   void postSurface(const Object& object);
   [[nodiscard]] Command surfaceCommand(const Object& object, std::int64_t period_ns) const;
   [[nodiscard]] Command bodyCommand(const Object& object) const;
@@ -169,8 +174,9 @@ class SceneModel {
    * part until the edit has passed, and what was not taken over would be answered, and told to the servos again, as it
    * once was.
    */
-  void refresh(Object& object);
+  void refresh(Object& object, const CommandSink* first = nullptr);
   void follow(Object& object);
+  void settle(Object& object);
   void followBody(Object& object);
   /** Of a body: by number the sink that says where it is; of what nobody has moved the first. */
   [[nodiscard]] std::size_t tellerOf(const Object& object) const;

@@ -31,29 +31,32 @@ void SceneModel::attach(CommandSink& sink) {
   if (free == sinks_.end()) return;
   if (!gravity_.isZero(0)) (void)sink.post(gravityCommand());
   const auto index = static_cast<std::size_t>(free - sinks_.begin());
-  replay(sink.periodNs(),
+  replay(sink,
          [&](Object& object, const Command& command) { object.known[index].fill({.ticket = sink.post(command)}); });
-  *free = &sink;  // Only now: what clients changed meanwhile would go to it before the object itself.
+  *free = &sink;                   // Only now: what clients changed meanwhile would go to it before the object itself.
+  for (Object& object : slots_) {  // What moves has gone on when that servo takes the orders.
+    if (object.id != 0 && !isZero(object.V_PO)) object.known[index][SceneObject::kPlace].behind = true;
+  }
 }
 
-std::vector<Command> SceneModel::orders(std::int64_t period_ns) {
+std::vector<Command> SceneModel::orders(const CommandSink& sink) {
   std::vector<Command> all;
   if (!gravity_.isZero(0)) all.push_back(gravityCommand());
-  replay(period_ns, [&](Object&, const Command& command) { all.push_back(command); });
+  replay(sink, [&](Object&, const Command& command) { all.push_back(command); });
   return all;
 }
 
-void SceneModel::replay(std::int64_t period_ns, const std::function<void(Object&, const Command&)>& give) {
+void SceneModel::replay(const CommandSink& sink, const std::function<void(Object&, const Command&)>& give) {
   std::vector<std::uint32_t> open = childSlots(0);
   for (std::size_t i = 0; i < open.size(); ++i) {
     Object& object = slots_[open[i]];
-    refresh(object);
+    refresh(object, &sink);
     give(object, addCommand(object));
     const auto giveLasting = [&](auto kind) {
       constexpr CommandKind kKind = kind;
       if constexpr (whoRestates(kKind) == Restated::kSceneOrder) {
         if constexpr (kKind == CommandKind::kSetSurface) {
-          if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, period_ns));
+          if (object.spec.surface != SurfaceSpec{}) give(object, surfaceCommand(object, sink.periodNs()));
         } else if constexpr (kKind == CommandKind::kSetBody) {
           if (object.spec.body.mass > 0) give(object, bodyCommand(object));
         } else if constexpr (kKind == CommandKind::kSetEffect) {
@@ -95,6 +98,27 @@ void SceneModel::post(Object& object, const Command& command) {
     const std::uint64_t ticket = sinks_[i]->post(command);
     if (made) object.known[i].fill({.ticket = ticket});
   }
+}
+
+/** Where what flew stops each servo would say otherwise: until its teller has, nobody is told that it flies on. */
+void SceneModel::postBody(Object& object, bool was_body) {
+  post(object, bodyCommand(object));
+  object.settles = was_body && object.spec.body.mass == 0 && !object.in_hand;
+  if (!object.settles) return;
+  object.V_PO = {};
+  for (std::size_t i = 0; i < sinks_.size(); ++i) {
+    if (sinks_[i] != nullptr)
+      object.known[i][SceneObject::kPlace] = {sinks_[i]->posted(), object.known[i][SceneObject::kPlace].client_edits,
+                                              false, true};
+  }
+}
+
+void SceneModel::setInHand(std::uint32_t id, bool in_hand) {
+  Object& object = slots_[objectSlot(id)];
+  if (id == 0 || object.id != id || object.in_hand == in_hand) return;
+  object.in_hand = in_hand;
+  post(object,
+       makeCommand(CommandKind::kObjectFlags, hd_object_flags{id, kObjectInHand, in_hand ? kObjectInHand : 0, 0}));
 }
 
 void SceneModel::postSurface(const Object& object) {
@@ -142,7 +166,7 @@ Command SceneModel::addCommand(const Object& object) const {
   AddObject add{};
   add.object = object.id;
   add.parent = slots_[object.parent_slot].id;
-  add.flags = objectFlags(object.spec);
+  add.flags = objectFlags(object.spec) | (object.in_hand ? kObjectInHand : 0);
   add.shape = parameters(object.spec.shape, meshes_);
   add.material = object.spec.material;
   store(object.spec.X_PO.p, add.p);

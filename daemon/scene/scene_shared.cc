@@ -33,16 +33,22 @@ void SceneModel::follow(Object& object) {
         known.client_edits = now.client_edits[part];
         if (crossed && known.behind) continue;
         takeOver(now, i, part, object);
-        if (part == SceneObject::kPlace) object.teller = sinks_[i];
+        if (part == SceneObject::kPlace) {
+          object.teller = sinks_[i];
+          object.settles = false;
+        }
         for (std::size_t k = 0; k < sinks_.size(); ++k) object.known[k][part].behind = k != i;
       }
     }
     if (part == SceneObject::kPlace && object.spec.body.mass > 0) followBody(object);
+    if (part == SceneObject::kPlace && object.settles) settle(object);
     // One order at a time: a servo slower than that whose clients move things would never come to the end of them.
     for (std::size_t i = 0; i < sinks_.size(); ++i) {
       const Known& known = object.known[i][part];
       if (sinks_[i] == nullptr || !known.behind) continue;
-      if (sinks_[i]->accepting() && sinks_[i]->passed(known.ticket)) postPart(object, part, i);
+      if (!sinks_[i]->accepting() || !sinks_[i]->passed(known.ticket)) continue;
+      if (part == SceneObject::kPlace && !object.in_hand) moveOn(object);  // Its hand tells anew in each tick.
+      postPart(object, part, i);
     }
   }
 }
@@ -86,6 +92,15 @@ void SceneModel::followBody(Object& object) {
   takeOver(now, i, SceneObject::kPlace, object);
 }
 
+void SceneModel::settle(Object& object) {
+  const std::size_t i = tellerOf(object);
+  PosedObject now;
+  if (i == sinks_.size() || !posed(object, i, SceneObject::kPlace, now)) return;
+  object.settles = false;
+  takeOver(now, i, SceneObject::kPlace, object);
+  for (std::size_t k = 0; k < sinks_.size(); ++k) object.known[k][SceneObject::kPlace].behind = k != i;
+}
+
 std::size_t SceneModel::tellerOf(const Object& object) const {
   const auto known = std::find(sinks_.begin(), sinks_.end(), object.teller);
   const auto first = [](const CommandSink* s) { return s != nullptr; };
@@ -98,12 +113,15 @@ void SceneModel::refresh() {
   for (const auto& [name, slot] : by_name_) refresh(slots_[slot]);
 }
 
-void SceneModel::refresh(Object& object) {
+void SceneModel::refresh(Object& object, const CommandSink* first) {
   follow(object);
+  const auto known = std::find(sinks_.begin(), sinks_.end(), first);
   for (const Part part : kAllParts) {
     PosedObject now;
     const auto tells = [&](std::size_t i) { return !object.known[i][part].behind && posed(object, i, part, now); };
-    std::size_t i = part == SceneObject::kPlace && object.spec.body.mass > 0 ? tellerOf(object) : 0;
+    const bool by_itself = part == SceneObject::kPlace && (object.spec.body.mass > 0 || object.settles);
+    std::size_t i = by_itself ? tellerOf(object) : 0;
+    if (first != nullptr && known != sinks_.end()) i = static_cast<std::size_t>(known - sinks_.begin());
     if (i > 0 && !(i < sinks_.size() && tells(i))) i = 0;
     while (i < sinks_.size() && !tells(i)) ++i;
     if (i < sinks_.size()) takeOver(now, i, part, object);
@@ -119,6 +137,7 @@ void SceneModel::madeAnew(const CommandSink& sink) {
 }
 
 void SceneModel::postPart(Object& object, Part part) {
+  if (part == SceneObject::kPlace) object.settles = false;
   for (std::size_t i = 0; i < sinks_.size(); ++i) {
     if (sinks_[i] != nullptr) postPart(object, part, i);
   }

@@ -23,7 +23,7 @@ void Cycle::step(const CycleInput& input, CycleOutput& output) HD_RT {
 
 void Cycle::render(const CycleInput& input, CycleOutput& output) HD_RT {
   const double dt = period();
-  scene_.advance(dt * (1.0 + input.missed));
+  scene_.advance(dt * periods_);
   moveTools(input, output);
   // Points push bodies before these are stepped; with them tools are, and then feel it.
   const auto renderThose = [&](bool with_tools) HD_RT {

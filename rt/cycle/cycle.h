@@ -214,6 +214,8 @@ class Cycle {
   std::array<DeviceState, kMaxDevices> devices_;
   std::array<Command, kMaxPending> pending_;  ///< Commands whose tick has not come.
   std::uint32_t pending_count_ = 0;
+  std::uint64_t last_tick_ = 0;  ///< 0: there was none.
+  double periods_ = 1;           ///< Since the tick before.
   std::array<std::array<Wrench, HD_SOURCES>, kMaxDevices>
       sources_;  ///< In the device's frame once rendered; so energy_.
   std::array<Energy, kMaxDevices> energy_;

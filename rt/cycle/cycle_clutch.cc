@@ -10,7 +10,7 @@ void Cycle::moveClutch(std::uint32_t d, const CycleInput& input) HD_RT {
   DeviceState& device = devices_[d];
   Clutch& clutch = device.clutch;
   const DeviceSample& read = input.device[d];
-  clutch.begin(read.buttons, period() * (1.0 + input.missed));
+  clutch.begin(read.buttons, period() * periods_);
   const bool held = clutch.held(read.buttons);
   if (held == clutch.frozen() || (held && clutch.weight() > 0)) return;
   const Vec3 here = device.mount.toWorld(Pose{read.p, read.q}).p;

@@ -7,7 +7,11 @@
 namespace hapticd {
 
 void Cycle::applyCommands(const CycleInput& input, CycleOutput& output) HD_RT {
-  scene_.expect(period() * (1.0 + input.missed), input.tick);
+  periods_ = 1.0 + input.missed;
+  if (last_tick_ != 0 && input.tick > last_tick_ + input.missed + 1)  // The servo stood for a while.
+    periods_ = static_cast<double>(input.tick - last_tick_);
+  last_tick_ = input.tick;
+  scene_.expect(period() * periods_, input.tick);
   output.events.clear();
   output.applied_commands = 0;
   for (std::uint32_t d = 0; d < config_.device_count; ++d) output.device[d].has_intent = false;
@@ -139,8 +143,10 @@ ErrorCode Cycle::applyToHand(HeldTool& tool, const Command& command) HD_RT {
   return ErrorCode::kOk;
 }
 
-/** Where it is only its hand says: those who touch it would meet a client's word for a tick. */
+/** In any servo. Where it is only its hand says: those who touch it would meet a client's word for a tick. */
 bool Cycle::isHeld(std::uint32_t object) const HD_RT {
+  const SceneObject* const it = scene_.find(object);
+  if (it != nullptr && (it->flags & kObjectInHand) != 0) return true;
   const auto first = devices_.begin(), last = first + config_.device_count;
   return std::any_of(first, last,
                      [=](const DeviceState& d) { return d.tool.held() && d.tool.order().object == object; });

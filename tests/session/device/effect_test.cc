@@ -111,7 +111,7 @@ TEST_F(EffectBench, OneWithADurationEndsAndBeginsAnewWhenItIsSet) {
   EXPECT_NEAR(felt(50).z(), 1, 1e-6);
   EXPECT_NEAR(felt(80).z(), 0, 1e-6);
   // A servo that comes now is told when it ended.
-  const auto orders = bench.core.scene().orders(1'000'000);
+  const auto orders = bench.core.scene().orders(*bench.core.devices().links().front());
   const auto it =
       std::find_if(orders.begin(), orders.end(), [](const Command& c) { return c.kind == CommandKind::kSetEffect; });
   ASSERT_NE(it, orders.end());

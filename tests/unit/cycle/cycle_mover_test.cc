@@ -133,6 +133,17 @@ TEST_F(CycleMover, PeriodsThatAreMissedAreOfTheLease) {
   expectStill(kHis);
 }
 
+// A recording that begins lets the servo stand for some periods, which nobody missed.
+TEST_F(CycleMover, GoesOnWhileTheServoStands) {
+  const double from = x(kHis), period = 1e-9 * static_cast<double>(cycle->config().period_ns);
+  input->tick += 9;
+  input->now_ns += 9 * cycle->config().period_ns;
+  step();
+  EXPECT_NEAR(x(kHis) - from, 10 * kV.x() * period, 1e-12);
+  step();
+  EXPECT_NEAR(x(kHis) - from, 11 * kV.x() * period, 1e-12);
+}
+
 TEST_F(CycleMover, WhatAHandHoldsIsWhereThatIs) {
   put(CommandKind::kAttachTool, test::attachBox(kTheirs, {2, 2, 2}, DeviceInfo{}));
   for (int i = 0; i < 20; ++i) at(Vec3::Zero());

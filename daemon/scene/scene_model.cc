@@ -35,9 +35,10 @@ Result<std::uint32_t> SceneModel::create(ObjectSpec spec, const Client& by) {
   if (auto r = checkShapeMesh(spec.shape, "object.shape"); !r) return r.error();
   if (auto r = checkSurface(spec.surface, textures_, "object.surface"); !r) return r.error();
   if (countOf(by.uid) >= quota_) {
-    return Error{ErrorCode::kQuotaExceeded, "object",
-                 fmt::format("user {} owns {} object{}, the most allowed", by.uid, quota_, quota_ == 1 ? "" : "s"),
-                 "remove some, or raise quotas.objects in the configuration"};
+    return Error{
+        ErrorCode::kQuotaExceeded, "object",
+        fmt::format("user {} owns {} object{}, the most allowed", by.uid, quota_, quota_ == 1 ? "" : "s"),
+        quota_ < kMaxObjects - 1 ? "remove some, or raise quotas.objects in the configuration" : "remove some"};
   }
   if (auto r = accepting(); !r) return r.error();
   const std::uint32_t slot = free_.first();

@@ -34,8 +34,8 @@ void SceneModel::attach(CommandSink& sink) {
   replay(sink,
          [&](Object& object, const Command& command) { object.known[index].fill({.ticket = sink.post(command)}); });
   *free = &sink;                   // Only now: what clients changed meanwhile would go to it before the object itself.
-  for (Object& object : slots_) {  // What moves has gone on when that servo takes the orders.
-    if (object.id != 0 && !isZero(object.V_PO)) object.known[index][SceneObject::kPlace].behind = true;
+  for (Object& object : slots_) {  // What moves in another servo has gone on when this one takes the orders.
+    if (object.placed_in != nullptr && !isZero(object.V_PO)) object.known[index][SceneObject::kPlace].behind = true;
   }
 }
 
@@ -107,9 +107,10 @@ void SceneModel::postBody(Object& object, bool was_body) {
   if (!object.settles) return;
   object.V_PO = {};
   for (std::size_t i = 0; i < sinks_.size(); ++i) {
-    if (sinks_[i] != nullptr)
-      object.known[i][SceneObject::kPlace] = {sinks_[i]->posted(), object.known[i][SceneObject::kPlace].client_edits,
-                                              false, true};
+    Known& known = object.known[i][SceneObject::kPlace];
+    if (sinks_[i] != nullptr) known.ticket = sinks_[i]->posted();
+    known.behind = false;
+    known.crossed = true;
   }
 }
 

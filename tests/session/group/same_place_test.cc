@@ -55,6 +55,22 @@ TEST_F(SamePlace, AServoThatComesLateHasItWhereItIs) {
   EXPECT_LE(apart(id), 1.01 * kTick);
 }
 
+// It had been given its velocity before, and went back by all that it had moved since when control was asked for it.
+TEST_F(SamePlace, WhatTheOnlyServoHasMovedIsNotPutBack) {
+  bench.core.disconnect(bench.connection);
+  bench.step(100);
+  ASSERT_TRUE(bench.core.closeDevice("test://first", bench.administration).ok());
+  const std::uint32_t id = make("parcel");
+  ASSERT_TRUE(bench.core.scene().setVelocity("parcel", {{kV, 0, 0}, Vec3::Zero()}).ok());
+  ASSERT_TRUE(bench.core.openDevice("test://second").ok());
+  bench.step(100);
+  const double before = at(0, id).X_PO.p.x();
+  ASSERT_GT(before, 90 * kTick);
+  EXPECT_TRUE(bench.core.scene().find("parcel").ok());
+  bench.step(2);
+  EXPECT_GT(at(0, id).X_PO.p.x(), before);
+}
+
 // Recordings, one after the other, each left it farther behind.
 TEST_F(SamePlace, WhatGoesOnWhileAServoStandsIsNotLeftBehind) {
   const std::uint32_t id = make("parcel");

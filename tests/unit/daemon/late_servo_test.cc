@@ -69,6 +69,8 @@ class Left {
         return keepUnless(order.kind, object, bytesOf(motion), motion[0] == 0 && motion[1] == 0 && motion[2] == 0);
       }
       case CommandKind::kSetBody:
+        if (order.as<SetBody>().mass == 0 && left_.count({order.kind, object}) != 0)
+          left_.erase({CommandKind::kObjectPose, object});  // What flew stands: FreeBodies::leave().
         return keepUnless(order.kind, object, bytesOf(order.as<SetBody>()), order.as<SetBody>().mass == 0);
       case CommandKind::kSetSurface: {
         const SurfaceParameters& s = order.as<SetSurface>().surface;

@@ -76,7 +76,7 @@ struct ShapeParameters {
   double size[3];
 };
 
-/** Beside hd_object_flag, by control alone: it is in the hand of a device, of whichever servo. */
+/** Beside hd_object_flag, by control alone (ingest refuses it): it is in the hand of a device, of whichever servo. */
 inline constexpr std::uint32_t kObjectInHand = 1u << 31;
 
 struct AddObject {

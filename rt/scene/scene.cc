@@ -138,7 +138,7 @@ ErrorCode Scene::change(const Command& command) HD_RT {
     case CommandKind::kObjectMaterial:
       return setMaterial(command.as<hd_object_material>());
     case CommandKind::kObjectFlags:
-      return setFlags(command.as<hd_object_flags>(), command.session == kControlSession);
+      return setFlags(command.as<hd_object_flags>());
     case CommandKind::kObjectVertices:
       return moveVertices(command.as<hd_object_vertices>());
     default:
@@ -290,10 +290,9 @@ ErrorCode Scene::setSurface(const SetSurface& order) HD_RT {
   return ErrorCode::kOk;
 }
 
-ErrorCode Scene::setFlags(hd_object_flags order, bool by_control) HD_RT {
+ErrorCode Scene::setFlags(const hd_object_flags& order) HD_RT {
   SceneObject* object = findMutable(order.object);
   if (!object) return ErrorCode::kNotFound;
-  if (!by_control) order.mask &= ~kObjectInHand;
   const bool before = isFelt(*object);
   const std::uint32_t flags = (object->flags & ~order.mask) | (order.value & order.mask);
   if (order.mask == kObjectInHand) {  // Nobody feels that.

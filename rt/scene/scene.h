@@ -257,7 +257,7 @@ class Scene {
   ErrorCode setShape(const SetShape& order) HD_RT;
   ErrorCode setMaterial(const hd_object_material& order) HD_RT;
   ErrorCode setSurface(const SetSurface& order) HD_RT;
-  ErrorCode setFlags(hd_object_flags order, bool by_control) HD_RT;
+  ErrorCode setFlags(const hd_object_flags& order) HD_RT;
   ErrorCode setEffect(const SetEffect& order) HD_RT;
   void noteEffect(std::uint32_t slot) HD_RT;
   ErrorCode moveVertices(const hd_object_vertices& order) HD_RT;

@@ -31,17 +31,19 @@ TEST_F(SamePlace, WhatAClientGivesAVelocityGoesOnAlike) {
   const std::uint32_t id = make("parcel");
   ASSERT_TRUE(bench.core.openDevice("test://second").ok());
   bench.step(40);
-  const hd_object_pose pose = poseMessage(id, {}, {{kV, 0, 0}, Vec3::Zero()});
-  std::uint64_t seq = 0;
-  ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
-            ErrorCode::kOk);
-  // Control looks late: the servos have gone on alike meanwhile.
-  for (int i = 0; i < 20; ++i) {
-    step(1, 0);
-    step(1, 1);
-  }
+  const auto push = [&](double x) {
+    const hd_object_pose pose = poseMessage(id, {{x, 0, 0}, Quat::Identity()}, {{kV, 0, 0}, Vec3::Zero()});
+    std::uint64_t seq = 0;
+    ASSERT_EQ(bench.client->producer->push(HD_COMMAND_OBJECT_POSE, std::as_bytes(std::span(&pose, 1)), 0, seq),
+              ErrorCode::kOk);
+    step(5, 0);
+    bench.core.poll();
+  };
+  push(0);
+  push(0.05);  // The other has not taken the first order, and waits for this one.
+  step(20, 0);
   bench.step(60);
-  EXPECT_GT(at(1, id).X_PO.p.x(), 0.02);
+  EXPECT_GT(at(1, id).X_PO.p.x(), 0.05 + 80 * kTick);
   EXPECT_LE(apart(id), 1.01 * kTick);
 }
 
